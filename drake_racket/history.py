@@ -1,0 +1,214 @@
+"""The labelled time history of a run: names, units, frames; NetCDF and CSV; no visualizer."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray
+    from pydrake.systems.framework import Context
+
+    from drake_racket.energy import Balance
+    from drake_racket.simulate import Run
+
+_XYZ = ("x", "y", "z")
+_ENERGIES = (
+    "ball",
+    "contact",
+    "rigid_motion",
+    "bending",
+    "strings",
+    "gravity",
+    "lost_ball",
+    "lost_friction",
+    "lost_joint",
+    "lost_strings",
+    "couple",
+)
+
+
+def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
+    """Evaluates the outputs of a run at its samples.
+
+    Returns:
+        A Dataset over `time` (s from touch, or from the start if the ball did not touch); every
+        variable has `units`, `long_name` and, where it is a vector, `frame`.
+    """
+    import xarray
+
+    rows = [_sample(run, i) for i in range(len(run.time))]
+    touch = float(run.contact_state[-1, 11])  # time of first touch
+    zero = touch if np.isfinite(touch) else 0.0
+
+    def column(name: str) -> NDArray[np.float64]:
+        return np.array([row[name] for row in rows])
+
+    variables: dict[str, Any] = {}
+    for name, dimension, units, frame, text in _VARIABLES:
+        dimensions = ("time",) if dimension is None else ("time", dimension)
+        attributes = {"units": units, "long_name": text}
+        if frame:
+            attributes["frame"] = frame
+        variables[name] = (dimensions, column(name), attributes)
+    if balances:
+        table = np.array([[getattr(b, e) for e in _ENERGIES] for b in balances])
+        variables["energy"] = (
+            ("time", "store"),
+            table,
+            {"units": "J", "long_name": "energy in each store, or lost so far"},
+        )
+    dataset = xarray.Dataset(
+        variables,
+        coords={
+            "time": ("time", run.time - zero, {"units": "s", "long_name": "time from first touch"}),
+            "axis": list(_XYZ),
+            "point": np.arange(1, 10),
+            "spring": list(_spring_names()),
+        }
+        | ({"store": list(_ENERGIES)} if balances else {}),
+        attrs=_attributes(run),
+    )
+    return dataset
+
+
+_R = "R, the racket's initial frame (butt, x to tip, z normal to strings)"
+_B = "head"
+_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
+    ("ball_position", "axis", "m", _R, "position of the ball's centre"),
+    ("ball_velocity", "axis", "m/s", _R, "velocity of the ball's centre"),
+    ("in_contact", None, "1", "", "1 in contact, else 0"),
+    ("contact_point", None, "1", "", "string-bed point in contact, or to be hit"),
+    ("compression", None, "m", "", "compression of the ball; negative: distance to the strings"),
+    ("normal_force", None, "N", "", "normal force on the ball"),
+    ("friction_x", None, "N", _B, "friction on the ball along the head's x"),
+    ("friction_y", None, "N", _B, "friction on the ball along the head's y"),
+    ("sliding_x", None, "m/s", _B, "ball's velocity over the strings along the head's x"),
+    ("sliding_y", None, "m/s", _B, "ball's velocity over the strings along the head's y"),
+    ("string_deflection", "point", "m", _B, "deflection of the string masses along the head's z"),
+    ("string_tension", "spring", "N", "", "tension of the springs"),
+    ("in_plane_angle", None, "rad", "", "throat joint, rotation about z"),
+    ("out_of_plane_angle", None, "rad", "", "throat joint, rotation about y"),
+    ("butt_position", "axis", "m", _R, "position of the butt"),
+    ("gsc_position", "axis", "m", _R, "position of the geometric string-bed centre of the head"),
+    ("gsc_velocity", "axis", "m/s", _R, "velocity of the geometric string-bed centre of the head"),
+    ("tip_position", "axis", "m", _R, "position of the tip"),
+    ("handle_acceleration", "axis", "m/s^2", "handle", "acceleration of the accelerometer frame"),
+)
+
+
+def _spring_names() -> tuple[str, ...]:
+    from drake_racket.strings import SPRING_NAMES
+
+    return SPRING_NAMES
+
+
+def _sample(run: Run, index: int) -> dict[str, Any]:
+    """All variables at one sample."""
+    root = run.context_at(index)
+    system = run.system
+    plant, impact = system.plant, system.impact
+    context = plant.GetMyContextFromRoot(root)
+    contact = impact.contact
+    assert contact is not None and impact.ball is not None
+    phase, point, x, _, normal, fx, fy, vx, vy = contact.GetOutputPort("contact_state").Eval(
+        contact.GetMyContextFromRoot(root)
+    )
+    racket, bed = impact.racket, impact.string_bed
+    bed_context = bed.GetMyContextFromRoot(root)
+    pose = {
+        name: racket.frame(name).CalcPoseInWorld(context) for name in ("butt", "gsc", "tip")
+    }
+    gsc_velocity = racket.frame("gsc").CalcSpatialVelocityInWorld(context)
+    return {
+        "ball_position": impact.ball.body.EvalPoseInWorld(context).translation(),
+        "ball_velocity": impact.ball.body.EvalSpatialVelocityInWorld(context).translational(),
+        "in_contact": float(phase == 1.0),
+        "contact_point": point,
+        "compression": x,
+        "normal_force": normal,
+        "friction_x": fx,
+        "friction_y": fy,
+        "sliding_x": vx,
+        "sliding_y": vy,
+        "string_deflection": bed.GetOutputPort("deflections").Eval(bed_context),
+        "string_tension": bed.GetOutputPort("tensions").Eval(bed_context),
+        "in_plane_angle": racket.in_plane.get_angle(context),
+        "out_of_plane_angle": racket.out_of_plane.get_angle(context),
+        "butt_position": pose["butt"].translation(),
+        "gsc_position": pose["gsc"].translation(),
+        "gsc_velocity": gsc_velocity.translational(),
+        "tip_position": pose["tip"].translation(),
+        "handle_acceleration": handle_acceleration(impact.racket, context),
+    }
+
+
+def handle_acceleration(racket: Any, context: Context) -> NDArray[np.float64]:
+    """Acceleration (m/s^2) of the frame `accelerometer` in the handle's axes, (3,).
+
+    The rate of its velocity in the world; an accelerometer would read it less gravity.
+    """
+    plant = racket.plant
+    handle = racket.handle
+    if plant.time_step() > 0.0:
+        return np.full(3, np.nan)  # a discrete plant has no acceleration at an instant
+    pose = handle.EvalPoseInWorld(context)
+    place = racket.frame("accelerometer").GetFixedPoseInBodyFrame().translation()
+    offset = pose.rotation().multiply(place)
+    w = handle.EvalSpatialVelocityInWorld(context).rotational()
+    acceleration = handle.EvalSpatialAccelerationInWorld(context).Shift(offset, w)
+    return pose.rotation().matrix().T @ acceleration.translational()  # type: ignore[no-any-return]
+
+
+def _attributes(run: Run) -> dict[str, Any]:
+    import dataclasses
+    import json
+
+    return {
+        "title": f"Impact of {run.system.impact.racket.parameters.title}",
+        "scenario": json.dumps(dataclasses.asdict(run.scenario)),
+        "drake_racket_version": version("drake-racket"),
+        "drake_version": version("drake"),
+        "source": "Glynn, King & Mitchell (2011), doi:10.1007/s12283-010-0056-x",
+    }
+
+
+def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
+    """Writes a history as NetCDF 4, whole or not at all."""
+    _replace(path, lambda temporary: dataset.to_netcdf(temporary, engine="h5netcdf"))
+
+
+def write_csv(dataset: xarray.Dataset, path: Path) -> None:
+    """Writes a history as CSV, whole or not at all: one column per component, `name_part [unit]`."""
+    columns: dict[str, NDArray[np.float64]] = {"time [s]": dataset["time"].to_numpy()}
+    for name, variable in dataset.data_vars.items():
+        units = variable.attrs["units"]
+        if variable.ndim == 1:
+            columns[f"{name} [{units}]"] = variable.to_numpy()
+            continue
+        for label in dataset[variable.dims[1]].to_numpy():
+            part = variable.sel({variable.dims[1]: label})
+            columns[f"{name}_{label} [{units}]"] = part.to_numpy()
+    header = ",".join(columns)
+    table = np.column_stack(list(columns.values()))
+
+    def write(temporary: Path) -> None:
+        np.savetxt(temporary, table, delimiter=",", header=header, comments="", fmt="%.12g")
+
+    _replace(path, write)
+
+
+def _replace(path: Path, write: Callable[[Path], Any]) -> None:
+    """Writes to a temporary name beside `path`, then renames."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,209 @@
+"""One impact as data: the typed scenario that describes a run.
+
+Drake's typed YAML reads the annotations of these classes as types: they are not postponed here.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
+from drake_racket.errors import InputError
+from drake_racket.parameters import (
+    BallParameters,
+    RacketParameters,
+    load_ball,
+    load_racket,
+)
+from drake_racket.typed_yaml import load_file, load_text
+
+SUPPORTS = ("free", "clamped_head", "clamped_handle")
+SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")
+
+
+@dataclass
+class IntegratorSettings:
+    """How a continuous plant is integrated; the defaults come from docs/performance.md."""
+
+    scheme: str = "runge_kutta3"
+    accuracy: float = 1e-4  # target of the error control, relative
+    maximum_step: float = 1e-4  # s; the fixed step without error control
+    error_control: bool = True
+
+
+@dataclass
+class Scenario:
+    """One impact. SI units; angles in degrees, as their names say.
+
+    Attributes:
+        racket, tension, ball: names of shipped parameter files, paths of the user's own, or for
+            the tension a number in N; see `parameters.load_racket` and `load_ball`.
+        joint_reading: `by_axis`, `as_printed`, or empty for what the racket's file says.
+        friction_reading, reaction_point: see `diagram.add_impact`.
+        support: `free`, `clamped_head` (head welded to the world) or `clamped_handle`.
+        point: `1` to `9`, or `auto` for the point nearest to the ball at touch.
+        offset_x, offset_y: where the ball is aimed, from the point (or from the centre with `auto`).
+        speed: of the ball.  incidence_deg: from the normal of the strings.  azimuth_deg: direction
+            of the tangential part in the string plane, from +x towards +y.
+        approach_time: flight before touch.  after: time simulated from touch on.
+        gravity: in the racket's initial frame R.
+        time_step: 0 for a continuous plant, else the step of a discrete one.
+        audit: integrate losses and impulse beside the motion (`energy`).
+    """
+
+    racket: str = "tour"
+    tension: str = "low"
+    ball: str = "penn_titanium"
+    joint_reading: str = ""
+    friction_reading: str = "velocity"
+    reaction_point: str = "ball"
+    support: str = "free"
+    point: str = "5"
+    offset_x: float = 0.0
+    offset_y: float = 0.0
+    speed: float = 25.0
+    incidence_deg: float = 0.0
+    azimuth_deg: float = 90.0
+    approach_time: float = 0.001
+    after: float = 0.05
+    gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    time_step: float = 0.0
+    audit: bool = True
+    integrator: IntegratorSettings = field(default_factory=IntegratorSettings)
+
+    def __post_init__(self) -> None:
+        """Takes the numbers that Python users may write for point and tension."""
+        self.point, self.tension = str(self.point), str(self.tension)
+
+    def point_number(self) -> int:
+        """1-9, or 0 for `auto`."""
+        return 0 if self.point == "auto" else int(self.point)
+
+    def load_racket(self) -> RacketParameters:
+        """The racket's parameters; raises InputError."""
+        return load_racket(self.racket, self.tension, joint_reading=self.joint_reading or None)
+
+    def load_ball(self) -> BallParameters:
+        """The ball's parameters; raises InputError."""
+        return load_ball(self.ball)
+
+    def aim(self, racket: RacketParameters) -> NDArray[np.float64]:
+        """Where the ball is aimed, p_RoA_R (m)."""
+        x, y, z = racket.point(self.point_number() or 5)
+        return np.array([x + self.offset_x, y + self.offset_y, z])
+
+    def ball_velocity(self) -> NDArray[np.float64]:
+        """Initial velocity of the ball in R (m/s)."""
+        incidence, azimuth = math.radians(self.incidence_deg), math.radians(self.azimuth_deg)
+        tangential = self.speed * math.sin(incidence)
+        return np.array(
+            [
+                tangential * math.cos(azimuth),
+                tangential * math.sin(azimuth),
+                -self.speed * math.cos(incidence),
+            ]
+        )
+
+
+# key: (least, most, unit); the bounds keep a typing error from running for hours
+_RANGES: dict[str, tuple[float, float, str]] = {
+    "offset_x": (-0.2, 0.2, "m"),
+    "offset_y": (-0.2, 0.2, "m"),
+    "speed": (0.1, 100.0, "m/s"),
+    "incidence_deg": (0.0, 80.0, "degrees"),
+    "azimuth_deg": (-360.0, 360.0, "degrees"),
+    "approach_time": (0.0, 0.1, "s"),
+    "after": (1e-4, 2.0, "s"),
+    "time_step": (0.0, 1e-3, "s"),
+}
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "joint_reading": ("", "by_axis", "as_printed"),
+    "friction_reading": FRICTION_READINGS,
+    "reaction_point": REACTION_POINTS,
+    "support": SUPPORTS,
+    "point": ("1", "2", "3", "4", "5", "6", "7", "8", "9", "auto"),
+}
+
+
+def load_scenario(path: Path) -> Scenario:
+    """Reads and checks a scenario file; keys that it leaves out keep their defaults.
+
+    Raises:
+        InputError: naming the key, the value and what is allowed.
+    """
+    scenario = load_file(path, Scenario, complete=False)
+    check_scenario(scenario, str(path))
+    return scenario
+
+
+def parse_scenario(text: str, where: str = "scenario") -> Scenario:
+    """Reads and checks a scenario from YAML text; see `load_scenario`."""
+    scenario = load_text(text, Scenario, where=where, complete=False)
+    check_scenario(scenario, where)
+    return scenario
+
+
+def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
+    """Checks every value, the parameter files it names, and where the ball is aimed.
+
+    Raises:
+        InputError: naming the key, the value and what is allowed.
+    """
+    for key, choices in _CHOICES.items():
+        value = getattr(scenario, key)
+        if value not in choices:
+            raise InputError(f"{where}: {key}", value, ", ".join(c for c in choices if c))
+    for key, (least, most, unit) in _RANGES.items():
+        _check_range(getattr(scenario, key), least, most, unit, f"{where}: {key}")
+    if len(scenario.gravity) != 3:
+        raise InputError(f"{where}: gravity", scenario.gravity, "three numbers (m/s^2)")
+    for number in scenario.gravity:
+        _check_range(number, -100.0, 100.0, "m/s^2", f"{where}: gravity")
+    if 0.0 < scenario.time_step < 1e-7:
+        raise InputError(f"{where}: time_step", scenario.time_step, "0, or 1e-7 to 1e-3 s")
+    _check_integrator(scenario.integrator, f"{where}: integrator")
+    racket = scenario.load_racket()
+    scenario.load_ball()
+    _check_aim(scenario, racket, where)
+
+
+def _check_integrator(settings: IntegratorSettings, where: str) -> None:
+    if settings.scheme not in SCHEMES:
+        raise InputError(f"{where}.scheme", settings.scheme, ", ".join(SCHEMES))
+    _check_range(settings.accuracy, 1e-12, 0.1, "1", f"{where}.accuracy")
+    _check_range(settings.maximum_step, 1e-7, 2e-4, "s", f"{where}.maximum_step")
+
+
+def _check_range(value: object, least: float, most: float, unit: str, key: str) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise InputError(key, value, "a finite number")
+    if not least <= value <= most:
+        raise InputError(key, value, f"{least:g} to {most:g} {unit}")
+
+
+def _check_aim(scenario: Scenario, racket: RacketParameters, where: str) -> None:
+    centre = np.array(racket.point(5))
+    x, y, _ = scenario.aim(racket) - centre
+    bed = racket.string_bed
+    a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    if (x / a) ** 2 + (y / b) ** 2 >= 1.0:
+        raise InputError(
+            f"{where}: offset_x, offset_y",
+            (scenario.offset_x, scenario.offset_y),
+            f"an aim within the rim (semi-axes {a:g} x {b:g} m about the centre)",
+        )
+
+
+def changed(scenario: Scenario, **changes: object) -> Scenario:
+    """A checked copy of `scenario` with some values changed; raises InputError."""
+    names = {f.name for f in dataclasses.fields(scenario)}
+    for key in changes:
+        if key not in names:
+            raise InputError(f"scenario: {key}", "an unknown key", ", ".join(sorted(names)))
+    new = dataclasses.replace(scenario, **changes)  # type: ignore[arg-type]
+    check_scenario(new)
+    return new

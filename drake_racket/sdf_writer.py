@@ -1,0 +1,171 @@
+"""SDF of a racket and of a ball, written from their parameter files.
+
+The files under sdf/ are this module's output for the shipped parameters (`python -m
+drake_racket.sdf_writer` writes them again; a test compares), and `add_racket` parses the same
+text, so that the numbers in SDF and YAML are one.
+"""
+
+from __future__ import annotations
+
+from drake_racket.models import sdf_directory
+from drake_racket.parameters import (
+    RACKETS,
+    BallParameters,
+    Part,
+    RacketParameters,
+    load_ball,
+    load_racket,
+)
+
+_OPEN = '<?xml version="1.0"?>\n<sdf xmlns:drake="drake.mit.edu" version="1.9">\n'
+
+
+def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: bool = True) -> str:
+    """SDF text of one racket: handle, throat link, head, bushing, and string masses if `strung`.
+
+    The model frame is R (butt, x to the tip, z normal to the strings). Links `handle` and `head`
+    have their origins at the butt and at the throat joint; all axes agree in the rest pose.
+    """
+    throat = racket.handle.length.value
+    bed = racket.string_bed
+    stiffness_z, damping_z = racket.throat_joint.in_plane()
+    stiffness_y, damping_y = racket.throat_joint.out_of_plane()
+    lines = [
+        f'  <model name="{name or racket.name}">',
+        *_link("handle", racket.handle),
+        "    <!-- massless, between the two revolute joints: first about z, then about y -->",
+        *_massless_link("throat_link", "handle", throat),
+        *_link("head", racket.head, f'      <pose relative_to="handle">{throat!r} 0 0 0 0 0</pose>'),
+        *_joint("in_plane", "revolute", "handle", "throat_link", "0 0 1"),
+        *_joint("out_of_plane", "revolute", "throat_link", "head", "0 1 0"),
+        *_frame("butt", "handle", 0.0),
+        *_frame("grip", "handle", racket.landmarks.grip.value),
+        *_frame("accelerometer", "handle", racket.landmarks.accelerometer.value),
+        *_frame("throat", "head", 0.0),
+        *_frame("throat_handle", "handle", throat),
+        *_frame("gsc", "head", bed.gsc.value),
+        *_frame("tip", "head", racket.head.length.value),
+        "    <drake:linear_bushing_rpy>",
+        "      <drake:bushing_frameA>throat_handle</drake:bushing_frameA>",
+        "      <drake:bushing_frameC>throat</drake:bushing_frameC>",
+        "      <!-- roll, pitch (out-of-plane bending), yaw (in-plane bending) -->",
+        _bushing("torque_stiffness", f"0 {stiffness_y!r} {stiffness_z!r}"),
+        _bushing("torque_damping", f"0 {damping_y!r} {damping_z!r}"),
+        _bushing("force_stiffness", "0 0 0"),
+        _bushing("force_damping", "0 0 0"),
+        "    </drake:linear_bushing_rpy>",
+    ]
+    if strung:
+        lines += _string_masses(racket)
+    return _OPEN + "\n".join([*lines, "  </model>", "</sdf>", ""])
+
+
+def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
+    """SDF text of the ball: one free body.
+
+    The contact force goes through its centre, so that it never spins and moves as the point mass
+    of the paper. Drake needs a rotational inertia; a thin shell's, 2/3 m r^2, is given.
+    """
+    mass, radius = ball.mass.value, ball.radius.value
+    moment = 2.0 / 3.0 * mass * radius * radius
+    body = [
+        f'  <model name="{name or ball.name}">',
+        '    <link name="ball">',
+        *_inertial(mass, 0.0, (moment, moment, moment)),
+        "    </link>",
+        "  </model>",
+        "</sdf>",
+        "",
+    ]
+    return _OPEN + "\n".join(body)
+
+
+def _string_masses(racket: RacketParameters) -> list[str]:
+    mass = racket.string_bed.mass.value / 9.0
+    lines = ["    <!-- string-bed points 1-9, each free along the normal of the string plane -->"]
+    for i in range(1, 10):
+        x, y = racket.point_in_head(i)
+        pose = f"{x!r} {y!r} 0 0 0 0"
+        lines += [
+            f'    <link name="string_{i}">',
+            f'      <pose relative_to="head">{pose}</pose>',
+            *_inertial(mass, 0.0, (0.0, 0.0, 0.0)),
+            "    </link>",
+            *_joint(f"string_joint_{i}", "prismatic", "head", f"string_{i}", "0 0 1"),
+        ]
+    return lines
+
+
+def _link(name: str, part: Part, pose: str | None = None) -> list[str]:
+    moments = part.moi_longitudinal.value, part.moi_transverse.value, part.moi_frontal.value
+    return [
+        f'    <link name="{name}">',
+        *([pose] if pose else []),
+        *_inertial(part.mass.value, part.com.value, moments),
+        "    </link>",
+    ]
+
+
+def _massless_link(name: str, parent: str, x: float) -> list[str]:
+    return [
+        f'    <link name="{name}">',
+        f'      <pose relative_to="{parent}">{x!r} 0 0 0 0 0</pose>',
+        *_inertial(0.0, 0.0, (0.0, 0.0, 0.0)),
+        "    </link>",
+    ]
+
+
+def _inertial(mass: float, com: float, moments: tuple[float, float, float]) -> list[str]:
+    """Every element of the inertia is written: a missing one would silently become 1 kg m^2."""
+    ixx, iyy, izz = moments
+    return [
+        "      <inertial>",
+        f"        <pose>{com!r} 0 0 0 0 0</pose>",
+        f"        <mass>{mass!r}</mass>",
+        f"        <inertia><ixx>{ixx!r}</ixx><iyy>{iyy!r}</iyy><izz>{izz!r}</izz>"
+        "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia>",
+        "      </inertial>",
+    ]
+
+
+def _joint(name: str, kind: str, parent: str, child: str, axis: str) -> list[str]:
+    """An effort limit of 0 keeps Drake from adding an actuator."""
+    return [
+        f'    <joint name="{name}" type="{kind}">',
+        f"      <parent>{parent}</parent>",
+        f"      <child>{child}</child>",
+        f"      <axis><xyz>{axis}</xyz><limit><effort>0</effort></limit></axis>",
+        "    </joint>",
+    ]
+
+
+def _frame(name: str, link: str, x: float) -> list[str]:
+    return [
+        f'    <frame name="{name}" attached_to="{link}">',
+        f'      <pose relative_to="{link}">{x!r} 0 0 0 0 0</pose>',
+        "    </frame>",
+    ]
+
+
+def _bushing(name: str, values: str) -> str:
+    return f"      <drake:bushing_{name}>{values}</drake:bushing_{name}>"
+
+
+def shipped_models() -> dict[str, str]:
+    """File name -> text of the models under sdf/.
+
+    A racket has one frame and one grid whatever its tension, so it has one model.
+    """
+    models = {f"racket_{r}.sdf": racket_sdf(load_racket(r), f"racket_{r}") for r in RACKETS}
+    models["ball.sdf"] = ball_sdf(load_ball(), "ball")
+    return models
+
+
+def main() -> None:
+    """Writes the shipped models."""
+    for name, text in shipped_models().items():
+        (sdf_directory() / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,286 @@
+"""The string-bed: nine point masses, 24 springs, and the LeafSystem that applies them.
+
+Topology (seen from +z, tip up, +y on the left)::
+
+              tip-1   tip-2   tip-3
+                |       |       |
+      left-1 -- 1 ----- 2 ----- 3 -- right-3
+                |       |       |
+      left-4 -- 4 ----- 5 ----- 6 -- right-6
+                |       |       |
+      left-7 -- 7 ----- 8 ----- 9 -- right-9
+                |       |       |
+            throat-7 throat-8 throat-9
+
+Law (Glynn et al. 2011, in-text equation for T_i): a spring of rest length L0 whose ends differ in
+height by dz carries the tension
+
+    T = T0 + k (L - L0) + c dL/dt,        L = sqrt(L0^2 + dz^2)          [N]
+
+and pulls its ends together across the plane with T dz / L. The damping c (N s/m) is not in the
+paper's equation; its default is 0. The masses move along the head's z only, so L >= L0 and no
+spring can go slack (that would need L < L0 - T0/k).
+
+The springs act between bodies of the head. By virtual work the bed is one vector of generalized
+forces on the nine prismatic joints; what the strings pull on the rim in the plane cancels in the
+head, and what they push across it reaches the head through the prismatic joints.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector_, LeafSystem_, ValueProducer
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_racket.compiled import compilable, compiled
+
+POINTS: dict[int, tuple[int, int]] = {
+    number: (1 - (number - 1) % 3, 1 - (number - 1) // 3) for number in range(1, 10)
+}
+"""Point -> (column, row) in spacings from the centre: +1 column is +y (left), +1 row is the tip."""
+
+_MAINS = [(1, 4, 7), (2, 5, 8), (3, 6, 9)]
+_CROSSES = [(1, 2, 3), (4, 5, 6), (7, 8, 9)]
+
+
+def _springs() -> dict[str, tuple[int, int]]:
+    """Name -> (point, point or 0 for the rim), mains first, each line from tip or left."""
+    springs: dict[str, tuple[int, int]] = {}
+    for lines, first, last in ((_MAINS, "tip", "throat"), (_CROSSES, "left", "right")):
+        for a, b, c in lines:
+            springs[f"{first}-{a}"] = (a, 0)
+            springs[f"{a}-{b}"] = (a, b)
+            springs[f"{b}-{c}"] = (b, c)
+            springs[f"{last}-{c}"] = (c, 0)
+    return springs
+
+
+SPRINGS = _springs()
+SPRING_NAMES = tuple(SPRINGS)
+
+
+def incidence() -> NDArray[np.float64]:
+    """The (24, 9) matrix A with dz = A z: +1 at a spring's first point, -1 at its second."""
+    matrix = np.zeros((24, 9))
+    for row, (i, j) in enumerate(SPRINGS.values()):
+        matrix[row, i - 1] = 1.0
+        if j:
+            matrix[row, j - 1] = -1.0
+    return matrix
+
+
+INCIDENCE = incidence()
+
+
+def spring_formula(formula: str) -> tuple[int, int] | None:
+    """Reads `k4` or `p6*k4` as 0-based (k, p), with p = -1 for none; None if it is neither."""
+    match = re.fullmatch(r"(?:p([1-9]\d?)\*)?k([1-9]\d?)", formula.replace(" ", ""), re.ASCII)
+    if match is None:
+        return None
+    return int(match[2]) - 1, int(match[1]) - 1 if match[1] else -1
+
+
+def rest_lengths(
+    spacing: float, rim_semi_axis_x: float, rim_semi_axis_y: float
+) -> NDArray[np.float64]:
+    """Rest lengths (m) of the 24 springs; rim springs run along x or y to the rim ellipse."""
+    lengths = np.full(24, spacing)
+    for row, (name, (i, j)) in enumerate(SPRINGS.items()):
+        if j:
+            continue
+        y, x = (spacing * n for n in POINTS[i])
+        if name.startswith(("tip", "throat")):
+            lengths[row] = rim_semi_axis_x * np.sqrt(1 - (y / rim_semi_axis_y) ** 2) - abs(x)
+        else:
+            lengths[row] = rim_semi_axis_y * np.sqrt(1 - (x / rim_semi_axis_x) ** 2) - abs(y)
+    return lengths
+
+
+@compilable
+def _stretch(z: Any, zdot: Any, constants: Any) -> Any:
+    """Slope dz/L and tension T (N) of each spring; arguments as for `tensions`."""
+    dz = INCIDENCE @ z
+    length = np.sqrt(dz * dz + constants[2])
+    slope = dz / length
+    tension = constants[1] + constants[0] * length + constants[3] * slope * (INCIDENCE @ zdot)
+    return slope, tension
+
+
+def tensions(z: Any, zdot: Any, constants: Any) -> Any:
+    """Tension T (N) of each spring, (24,). Equation: module docstring.
+
+    Args:
+        z, zdot: (9,) deflection (m) and its rate (m/s) of the masses along the head's z.
+        constants: (4, 24) by spring: k (N/m); T0 - k L0 (N); L0^2 (m^2); c (N s/m).
+    """
+    return _stretch(z, zdot, constants)[1]
+
+
+def generalized_forces(z: Any, zdot: Any, constants: Any) -> Any:
+    """Forces (N) on the nine prismatic joints, -A^T (T dz/L), (9,). Arguments: `tensions`."""
+    slope, tension = _stretch(z, zdot, constants)
+    return -(tension * slope) @ INCIDENCE
+
+
+def stored_energy(z: Any, constants: Any) -> Any:
+    """Energy (J) above the flat bed: sum of T0 (L - L0) + k (L - L0)^2 / 2."""
+    dz = INCIDENCE @ z
+    length0 = np.sqrt(constants[2])
+    # L - L0 without cancellation, since dz is small beside L0
+    stretch = dz * dz / (np.sqrt(dz * dz + constants[2]) + length0)
+    initial_tension = constants[1] + constants[0] * length0
+    return np.sum(initial_tension * stretch + 0.5 * constants[0] * stretch * stretch)
+
+
+def dissipated_power(z: Any, zdot: Any, constants: Any) -> Any:
+    """Power (W) lost in the springs' dampers: sum of c (dL/dt)^2."""
+    dz = INCIDENCE @ z
+    rate = dz * (INCIDENCE @ zdot) / np.sqrt(dz * dz + constants[2])
+    return np.sum(constants[3] * rate * rate)
+
+
+@dataclass(frozen=True)
+class StringBedModel:
+    """The numbers of a string-bed, ready for the system below.
+
+    Attributes:
+        stiffness: k1.. (N/m).  rim_factors: p1.. (1).
+        stiffness_index, rim_factor_index: (24,) 0-based; a rim factor index of -1 means none.
+        initial_tension: T0 (N).  damping: c (N s/m).
+        lengths: (24,) rest lengths (m).
+    """
+
+    stiffness: NDArray[np.float64]
+    rim_factors: NDArray[np.float64]
+    stiffness_index: NDArray[np.int64]
+    rim_factor_index: NDArray[np.int64]
+    initial_tension: float
+    damping: float
+    lengths: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StringCoordinates:
+    """Where the nine string joints sit in the plant's state vector [q; v]."""
+
+    positions: NDArray[np.int64]  # (9,) indices into q
+    velocities: NDArray[np.int64]  # (9,) indices into v
+    num_positions: int
+    num_velocities: int
+
+
+_FORCES = compiled(generalized_forces)
+
+
+@TemplateSystem.define("StringBed_")
+def StringBed_(T: Any) -> Any:
+    """The string-bed as a LeafSystem. See `StringBed` for ports and parameters."""
+
+    class Impl(LeafSystem_[T]):  # type: ignore[misc]
+        """Springs of one string-bed, as generalized forces on its plant.
+
+        Input ports:
+            state: the plant's multibody state [q; v] (m, rad, m/s, rad/s).
+        Output ports:
+            generalized_force (nv): forces on the string joints (N), zero elsewhere.
+            tensions (24): N, in the order of SPRING_NAMES.
+            deflections (9): m, of the masses along the head's z.
+            energy (2): stored energy (J), power lost in string damping (W).
+        Numeric parameters:
+            0 stiffness k1.. (N/m); 1 rim_factors p1.. (1); 2 initial_tension T0 (N);
+            3 damping c (N s/m); 4 lengths (24) L0 (m).
+        Equations: the module's docstring. Source: Glynn et al. 2011.
+        """
+
+        STIFFNESS, RIM_FACTORS, INITIAL_TENSION, DAMPING, LENGTHS = range(5)
+
+        def _construct(
+            self, model: StringBedModel, at: StringCoordinates, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter)
+            self.model = model
+            self.at = at
+            self._q = _as_slice(at.positions)
+            self._v = _as_slice(at.num_positions + at.velocities)
+            self._out = _as_slice(at.velocities)
+            self._zeros = np.array([T(0.0)] * at.num_velocities)
+            self._law = _FORCES if T is float else generalized_forces
+            for values in (
+                model.stiffness,
+                model.rim_factors,
+                [model.initial_tension],
+                [model.damping],
+                model.lengths,
+            ):
+                self.DeclareNumericParameter(BasicVector_[T](np.array([T(x) for x in values])))
+            self._springs = self.DeclareCacheEntry(
+                description="spring constants",
+                value_producer=ValueProducer(allocate=Value[object], calc=self._calc_springs),
+                prerequisites_of_calc={self.all_parameters_ticket()},
+            )
+            size = at.num_positions + at.num_velocities
+            self._state = self.DeclareVectorInputPort("state", size)
+            needs = {self._state.ticket(), self.all_parameters_ticket()}
+            for name, count, calc in (
+                ("generalized_force", at.num_velocities, self._calc_force),
+                ("tensions", 24, self._calc_tensions),
+                ("deflections", 9, self._calc_deflections),
+                ("energy", 2, self._calc_energy),
+            ):
+                self.DeclareVectorOutputPort(name, count, calc, prerequisites_of_calc=needs)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(self, other.model, other.at, converter=converter)
+
+        def _calc_springs(self, context: Any, value: Any) -> None:
+            """Resolves the named parameters into the (4, 24) constants of the law."""
+            k, p, t0, c, length0 = (
+                context.get_numeric_parameter(i).CopyToVector() for i in range(5)
+            )
+            factors = np.append(p, T(1.0))  # index -1: a spring without a rim factor
+            stiffness = k[self.model.stiffness_index] * factors[self.model.rim_factor_index]
+            slack = t0[0] - stiffness * length0  # tension that a spring would have at no length
+            value.set_value(
+                np.stack([stiffness, slack, length0 * length0, np.array([c[0]] * 24)])
+            )
+
+        def _calc_force(self, context: Any, output: Any) -> None:
+            state = self._state.Eval(context)
+            force = self._zeros
+            force[self._out] = self._law(
+                state[self._q], state[self._v], self._springs.Eval(context)
+            )
+            output.SetFromVector(force)
+
+        def _calc_tensions(self, context: Any, output: Any) -> None:
+            state = self._state.Eval(context)
+            springs = self._springs.Eval(context)
+            output.SetFromVector(tensions(state[self._q], state[self._v], springs))
+
+        def _calc_deflections(self, context: Any, output: Any) -> None:
+            output.SetFromVector(self._state.Eval(context)[self._q])
+
+        def _calc_energy(self, context: Any, output: Any) -> None:
+            state = self._state.Eval(context)
+            springs = self._springs.Eval(context)
+            output[0] = stored_energy(state[self._q], springs)
+            output[1] = dissipated_power(state[self._q], state[self._v], springs)
+
+    return Impl
+
+
+StringBed = StringBed_[float]
+
+
+def _as_slice(indices: NDArray[np.int64]) -> Any:
+    """A slice if the indices run up in steps of one (a view is faster than a gather)."""
+    first = int(indices[0])
+    if np.array_equal(indices, np.arange(first, first + len(indices))):
+        return slice(first, first + len(indices))
+    return indices

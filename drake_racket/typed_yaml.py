@@ -1,0 +1,166 @@
+"""Typed YAML files: Drake's loader, with errors that name the key, the value and what is allowed.
+
+Drake's `yaml_load_typed` turns a document into dataclasses. Its messages name only the innermost
+key, it keeps the last of two equal keys, and it leaves signs, units and ranges to the caller. This
+module checks the raw tree against the dataclasses first, then lets Drake build them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+from pydrake.common.yaml import yaml_dump, yaml_load_typed
+
+from drake_racket.errors import InputError
+
+T = TypeVar("T")
+
+MAX_BYTES = 1_000_000  # a parameter file is a few kB; this stops a wrong file early
+
+
+def load_file(path: Path, schema: type[T], *, complete: bool) -> T:
+    """Reads `path` into the dataclass `schema`.
+
+    Args:
+        complete: every field must be present (parameter files); otherwise missing fields keep
+            the dataclass's defaults (scenarios).
+
+    Raises:
+        InputError: the file cannot be read, is not YAML, or does not fit the schema.
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputError(str(path), f"{path.stat().st_size} bytes", f"at most {MAX_BYTES}")
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise InputError("file", str(path), f"a readable YAML file ({reason})") from None
+    return load_text(text, schema, where=str(path), complete=complete)
+
+
+def load_text(text: str, schema: type[T], *, where: str, complete: bool) -> T:
+    """Reads YAML `text` into the dataclass `schema`; see `load_file`."""
+    tree = _parse(text, where)
+    if not isinstance(tree, dict):
+        raise InputError(where, tree, f"a mapping with the keys {_names(schema)}")
+    checked = _check(tree, schema, where + ": ", "", complete)
+    return typing.cast(
+        T,
+        yaml_load_typed(
+            schema=schema, data=yaml_dump(checked), allow_schema_with_no_yaml=not complete
+        ),
+    )
+
+
+def _parse(text: str, where: str) -> Any:
+    try:
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        _refuse_repeated_keys(node, where, set())
+        return yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
+        if isinstance(error, InputError):
+            raise
+        mark = getattr(error, "problem_mark", None)
+        line = f"line {mark.line + 1}" if mark is not None else "the document"
+        problem = getattr(error, "problem", None) or str(error) or type(error).__name__
+        raise InputError(where, line, f"YAML ({problem})") from None
+
+
+def _refuse_repeated_keys(node: yaml.Node | None, where: str, seen: set[int]) -> None:
+    """Also refuses aliases: a parameter or scenario has no use for them, and they may recurse."""
+    if node is None:
+        return
+    if id(node) in seen:
+        raise InputError(where, f"an alias in line {node.start_mark.line + 1}", "no YAML aliases")
+    seen.add(id(node))
+    if isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            _refuse_repeated_keys(item, where, seen)
+    elif isinstance(node, yaml.MappingNode):
+        keys = [k.value for k, _ in node.value if isinstance(k, yaml.ScalarNode)]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise InputError(f"{where}: {key}", f"{keys.count(key)} times", "once")
+        for _, value in node.value:
+            _refuse_repeated_keys(value, where, seen)
+
+
+def _names(schema: type) -> str:
+    return ", ".join(f.name for f in dataclasses.fields(schema))
+
+
+def _check(tree: Any, schema: Any, where: str, path: str, complete: bool) -> Any:
+    """Returns `tree` made ready for Drake's loader, or raises an InputError naming `path`."""
+    key = where + (path or "document")
+    origin, args = typing.get_origin(schema), typing.get_args(schema)
+    if origin in (typing.Union, types.UnionType):
+        if tree is None:
+            return None
+        return _check(tree, args[0], where, path, complete)
+    if dataclasses.is_dataclass(schema):
+        return _check_mapping(tree, typing.cast(type, schema), where, path, complete)
+    if origin is list:
+        if not isinstance(tree, list):
+            raise InputError(key, tree, "a list")
+        return [_check(x, args[0], where, f"{path}[{i}]", complete) for i, x in enumerate(tree)]
+    if origin is dict:
+        if not isinstance(tree, dict):
+            raise InputError(key, tree, "a mapping")
+        return {
+            str(k): _check(v, args[1], where, f"{path}.{k}", complete) for k, v in tree.items()
+        }
+    if schema is str:
+        if isinstance(tree, bool) or not isinstance(tree, (str, int, float)):
+            raise InputError(key, tree, "a text")
+        return _text(tree, key)
+    if schema is bool:
+        if not isinstance(tree, bool):
+            raise InputError(key, tree, "true or false")
+        return tree
+    if schema is float:
+        return _number(tree, key)
+    raise TypeError(f"{schema!r} is not supported in a typed YAML file")
+
+
+def _check_mapping(tree: Any, schema: type, where: str, path: str, complete: bool) -> Any:
+    if not isinstance(tree, dict):
+        raise InputError(where + (path or "document"), tree, f"a mapping with {_names(schema)}")
+    hints = typing.get_type_hints(schema)
+    prefix = path + "." if path else ""
+    for key in tree:
+        if key not in hints:
+            raise InputError(where + prefix + str(key), "an unknown key", _names(schema))
+    for name in hints:
+        if complete and name not in tree:
+            raise InputError(where + prefix + name, "nothing", "this key must be given")
+    return {
+        name: _check(value, hints[name], where, prefix + name, complete)
+        for name, value in tree.items()
+    }
+
+
+def _number(value: Any, key: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise InputError(key, value, "a number")
+    try:
+        number = float(value)  # YAML 1.1 reads 1e-3 (no dot) as text
+    except (ValueError, OverflowError):
+        raise InputError(key, value, "a number") from None
+    if not math.isfinite(number):
+        raise InputError(key, value, "a finite number")
+    return number
+
+
+def _text(value: str | int | float, key: str) -> str:
+    try:
+        return str(value)
+    except ValueError:
+        raise InputError(key, value, "a text") from None
