@@ -30,8 +30,8 @@ class IntegratorSettings:
     """How a continuous plant is integrated; the defaults come from docs/performance.md."""
 
     scheme: str = "runge_kutta3"
-    accuracy: float = 1e-4  # target of the error control, relative
-    maximum_step: float = 1e-4  # s; the fixed step without error control
+    accuracy: float = 5e-4  # target of the error control, relative
+    maximum_step: float = 2e-4  # s; the fixed step without error control
     error_control: bool = True
 
 
