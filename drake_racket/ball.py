@@ -31,6 +31,7 @@ def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "
 
     Raises:
         InputError: the plant is finalized, or the name is taken or not a name.
+
     """
     if plant.is_finalized():
         raise InputError("add_ball: plant", "finalized", "a plant before Finalize()")

@@ -8,9 +8,14 @@ and p = p_SQ_B, v = the velocity of Q relative to S as seen in B:
     friction      F = -mu N v_t / sqrt(|v_t|^2 + s_v^2)      reading "velocity"
                   F = -mu N d / sqrt(|d|^2 + s_d^2)          reading "displacement"
 
-v_t is the tangential part of v, d the tangential part of p since touch. Glynn et al. (2011) take the
-direction of F from the vector string mass -> ball ("displacement"); both agree while the ball slides
-outward. s_v and s_d are numerical scales that keep F smooth where sliding starts or stops.
+v_t is the tangential part of v, d the tangential part of p since touch. Glynn et al. (2011) take
+the direction of F from the vector string mass -> ball ("displacement"); both agree while the ball
+slides outward. s_v and s_d are numerical scales that keep F smooth where sliding starts or stops.
+
+The reaction to N and F acts on the string mass's body: by default at the point where the ball is
+("ball"), so that action and reaction share a line; or at the string mass itself ("string_mass"),
+which is the literal reading of forces between two particles. Once the ball has slid by p, the
+latter is a couple p x f that makes angular momentum and energy from nowhere.
 
 kb and cb are linear in the normal approach speed at first touch, and held at their end values
 outside the speeds for which they were identified.
@@ -46,14 +51,12 @@ FRICTION_READINGS = ("velocity", "displacement")
 REACTION_POINTS = ("string_mass", "ball")
 
 FREE, CONTACT, PASSED = 0.0, 1.0, 2.0
-"""Phases: in front of the strings; in contact; behind them without force (between release and leaving
-the strings, or having gone past outside the rim)."""
+"""Phases: in front of the strings; in contact; behind them without force (between release and
+leaving the strings, or having gone past outside the rim)."""
 
 
-def ball_constants(
-    v: Any, speed_low: Any, speed_high: Any, low: Any, growth: Any
-) -> Any:
-    """kb (N/m) or cb (N s/m) at the normal approach speed `v` (m/s).
+def ball_constants(v: Any, speed_low: Any, speed_high: Any, low: Any, growth: Any) -> Any:
+    """Kb (N/m) or cb (N s/m) at the normal approach speed `v` (m/s).
 
     low * (1 + growth * (v - speed_low) / (speed_high - speed_low)), v held within the range.
     """
@@ -72,6 +75,7 @@ def contact_law(p: Any, v: Any, constants: Any) -> Any:
 
     Returns:
         F_x, F_y, N (N), and kb x + cb x' before it is clamped (N).
+
     """
     raw = -constants[0] * p[2] - constants[1] * v[2]
     normal = raw if raw > 0.0 else 0.0 * raw
@@ -90,6 +94,7 @@ def relative_motion(x_s: Any, x_q: Any, v_s: Any, v_q: Any) -> Any:
     Args:
         x_s, x_q: (3, 4) poses X_WS, X_WQ (the string mass has the head's axes).
         v_s, v_q: (6,) spatial velocities V_WS, V_WQ in the world, rotational part first.
+
     """
     d0, d1, d2 = x_q[0, 3] - x_s[0, 3], x_q[1, 3] - x_s[1, 3], x_q[2, 3] - x_s[2, 3]
     u0 = v_q[3] - v_s[3] - (v_s[1] * d2 - v_s[2] * d1)
@@ -161,6 +166,7 @@ class ContactModel:
         grid: (9, 2) x, y (m) of the points in the head, about the centre.
         rim: semi-axes along x, y (m); a ball outside passes by.
         point: 1-9, or 0 for the point nearest at touch.
+
     """
 
     ball: tuple[float, float, float, float, float, float]
@@ -198,10 +204,9 @@ _SOLVE = compiled(_solve)
 @TemplateSystem.define("BallContact_")
 def BallContact_(T: Any) -> Any:
     """The ball contact as a LeafSystem on the scalar type T; `BallContact` is that on float."""
-
     spatial_force = SpatialForce_[T]  # looked up once: it is called at every evaluation
 
-    class Impl(LeafSystem_[T]):  # type: ignore[misc]
+    class Impl(LeafSystem_[T]):
         """Contact of one ball with the nine masses of one string-bed.
 
         Input ports:
@@ -226,8 +231,8 @@ def BallContact_(T: Any) -> Any:
               displacement); reaction (0 at the string mass, 1 at the ball).
         Discrete state (15), latched at touch: phase, point, normal approach speed at first touch
             (m/s), kb, cb, mu, tangential offset x, y (m), scale, friction reading, reaction, time
-            of first touch, time of last release (s), energy kb x^2/2 given up at releases (J), number
-            of touches.
+            of first touch, time of last release (s), energy kb x^2/2 given up at releases (J),
+            number of touches.
         Events: touch, release and leaving are witness functions on a continuous plant, and checked
             at the start of every step on a discrete one. A run may start at touch.
         Equations: the module's docstring. Source: Glynn et al. 2011.
@@ -244,7 +249,7 @@ def BallContact_(T: Any) -> Any:
             self._scratch = plant.CreateDefaultContext()
             self._ball = plant.get_body(BodyIndex(at.ball))
             self._strings = [plant.get_body(BodyIndex(i)) for i in at.strings]
-            self._solve = _SOLVE if T is float else _solve
+            self._law: Any = _SOLVE if T is float else _solve
             choices = (model.point, model.by_displacement, model.reaction_at_ball)
             for values in (model.ball, model.friction, model.scales, choices):
                 self.DeclareNumericParameter(
@@ -307,7 +312,7 @@ def BallContact_(T: Any) -> Any:
             point = round(_float(state[_POINT]))
             on_ball, on_string = self._on_ball, self._on_string
             motion = self._motion(context, point)
-            ball, string, p, _, _ = self._solve(*motion, state[_CONSTANTS])
+            ball, string, p, _, _ = self._law(*motion, state[_CONSTANTS])
             on_ball.F_Bq_W = spatial_force(ball)
             on_string.F_Bq_W = spatial_force(string)
             on_string.body_index = self._string_index[point - 1]
@@ -319,7 +324,7 @@ def BallContact_(T: Any) -> Any:
             if state[_PHASE] == CONTACT:
                 point = round(_float(state[_POINT]))
                 motion = self._motion(context, point)
-                _, _, p, v, (fx, fy, normal, _) = self._solve(*motion, state[_CONSTANTS])
+                _, _, p, v, (fx, fy, normal, _) = self._law(*motion, state[_CONSTANTS])
             else:
                 point, p, v = self._next_point(context)
                 fx = fy = normal = T(0.0)
@@ -341,7 +346,7 @@ def BallContact_(T: Any) -> Any:
                 output.SetFromVector(np.array([T(0.0)] * 6))
                 return
             motion = self._motion(context, round(_float(state[_POINT])))
-            on_ball, _, p, v, force = self._solve(*motion, state[_CONSTANTS])
+            on_ball, _, p, v, force = self._law(*motion, state[_CONSTANTS])
             w = motion[2][:3] @ motion[0][:, :3]
             lost_ball, lost_friction, couple = contact_powers(p, v, force, state[_CB], w)
             if state[_AT_BALL] > 0.5:
@@ -387,7 +392,7 @@ def BallContact_(T: Any) -> Any:
         def _raw_normal(self, context: Any) -> Any:
             state = context.get_discrete_state_vector().CopyToVector()
             motion = self._motion(context, round(_float(state[_POINT])))
-            return self._solve(*motion, state[_CONSTANTS])[4][3]
+            return self._law(*motion, state[_CONSTANTS])[4][3]
 
         def _update(self, context: Any, new: Any) -> EventStatus:
             """Goes to the phase that the present state asks for."""

@@ -42,6 +42,7 @@ class Impact:
     Attributes:
         string_bed: the StringBed system.
         contact: the BallContact system; None for a racket without a ball.
+
     """
 
     racket: Racket
@@ -87,6 +88,7 @@ def add_impact(
     Raises:
         InputError: the plant is not finalized or not in the builder, the racket is not strung, or
             a choice is unknown.
+
     """
     _check_plant(builder, plant, "add_impact")
     if not racket.string_joints:
@@ -161,6 +163,7 @@ def connect_forces(
 
     Raises:
         InputError: one of the two input ports is connected already.
+
     """
     vectors = [i.generalized_force_port() for i in impacts] + list(generalized)
     ports = [i.spatial_force_port() for i in impacts]
@@ -231,6 +234,7 @@ def set_impact_parameters(
 
     Args:
         root: the Context of the Diagram that holds `impact`.
+
     """
     bed, springs = impact.string_bed, string_bed_model(racket)
     context = bed.GetMyMutableContextFromRoot(root)
@@ -245,11 +249,9 @@ def set_impact_parameters(
     if contact is not None and impact.contact is not None:
         context = impact.contact.GetMyMutableContextFromRoot(root)
         choices = [contact.point, contact.by_displacement, contact.reaction_at_ball]
-        for index, values in enumerate(
-            (contact.ball, contact.friction, contact.scales, choices)
-        ):
+        for index, group in enumerate((contact.ball, contact.friction, contact.scales, choices)):
             context.get_mutable_numeric_parameter(index).SetFromVector(
-                np.asarray(values, dtype=float)
+                np.asarray(group, dtype=float)
             )
     joint = racket.throat_joint
     (stiffness_z, damping_z), (stiffness_y, damping_y) = joint.in_plane(), joint.out_of_plane()

@@ -1,7 +1,7 @@
 """Where the energy and the momentum are: a meter for what is lost, an audit of the rest.
 
-What is lost is integrated beside the motion by `EnergyMeter`, at the integrator's own order, so that
-the balance closes as well as the motion is solved. What is there is computed from the state.
+What is lost is integrated beside the motion by `EnergyMeter`, at the integrator's own order, so
+that the balance closes as well as the motion is solved. What is there is computed from the state.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ LOST_BALL, LOST_FRICTION, COUPLE, IMPULSE, LOST_JOINT, LOST_STRINGS = 0, 1, 2, s
 def EnergyMeter_(T: Any) -> Any:
     """The meter as a LeafSystem on the scalar type T; `EnergyMeter` is that on float."""
 
-    class Impl(LeafSystem_[T]):  # type: ignore[misc]
+    class Impl(LeafSystem_[T]):
         """Integrates lost power and the contact's impulse.
 
         Input ports:
             power (6): the BallContact's port of that name (W, W, W, N, N, N).
             joint_rates (2): in-plane, out-of-plane (rad/s), as part of the plant's state port.
-            string_energy (2): the StringBed's energy port; looked at only if the strings are damped.
+            string_energy (2): the StringBed's energy port; read only if the strings are damped.
         Output ports:
             totals (8): lost in the ball's damper, lost to friction, gained from the couple (J);
                 impulse on the ball in the world (N s, three); lost at the joint, lost in the
@@ -93,7 +93,7 @@ def add_energy_meter(builder: DiagramBuilder, plant: MultibodyPlant, impact: Imp
 
 
 def set_meter_parameters(meter: Any, impact: Impact, root: Context) -> None:
-    """Copies joint and string damping from the plant's and the string-bed's Context to the meter's."""
+    """Copies joint and string damping from plant and string-bed to the meter's Context."""
     plant_context = impact.racket.plant.GetMyContextFromRoot(root)
     _, pitch, yaw = impact.racket.bushing.GetTorqueDampingConstants(plant_context)
     bed = impact.string_bed
@@ -116,7 +116,7 @@ class RigidMotion:
 
 @dataclass(frozen=True)
 class Balance:
-    """Energies (J) and momenta at one instant. Linear: N s; angular about the world's origin: N m s.
+    """Energies (J) and momenta (N s; N m s about the world's origin) at one instant.
 
     ball: kinetic. contact: stored in the compressed ball. rigid_motion: of the racket as one rigid
     body with its momentum (0 if held). bending: stored at the joint, and the frame's kinetic energy
@@ -180,9 +180,11 @@ def balance(impact: Impact, meter: Any, root: Context, *, held: bool) -> Balance
 
     Args:
         held: the racket is welded to the world; its rigid motion then counts as bending.
+
     """
     racket, ball = impact.racket, impact.ball
-    assert ball is not None and impact.contact is not None
+    assert ball is not None
+    assert impact.contact is not None
     plant = racket.plant
     context = plant.GetMyContextFromRoot(root)
     both = [racket.model_instance, ball.model_instance]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import os
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
@@ -10,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from drake_racket.strings import SPRING_NAMES
 
 if TYPE_CHECKING:
     import xarray
@@ -40,6 +44,7 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
     Returns:
         A Dataset over `time` (s from touch, or from the start if the ball did not touch); every
         variable has `units`, `long_name` and, where it is a vector, `frame`.
+
     """
     import xarray
 
@@ -70,7 +75,7 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
             "time": ("time", run.time - zero, {"units": "s", "long_name": "time from first touch"}),
             "axis": list(_XYZ),
             "point": np.arange(1, 10),
-            "spring": list(_spring_names()),
+            "spring": list(SPRING_NAMES),
         }
         | ({"store": list(_ENERGIES)} if balances else {}),
         attrs=_attributes(run),
@@ -103,12 +108,6 @@ _VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
 )
 
 
-def _spring_names() -> tuple[str, ...]:
-    from drake_racket.strings import SPRING_NAMES
-
-    return SPRING_NAMES
-
-
 def _sample(run: Run, index: int) -> dict[str, Any]:
     """All variables at one sample."""
     root = run.context_at(index)
@@ -116,15 +115,14 @@ def _sample(run: Run, index: int) -> dict[str, Any]:
     plant, impact = system.plant, system.impact
     context = plant.GetMyContextFromRoot(root)
     contact = impact.contact
-    assert contact is not None and impact.ball is not None
+    assert contact is not None
+    assert impact.ball is not None
     phase, point, x, _, normal, fx, fy, vx, vy = contact.GetOutputPort("contact_state").Eval(
         contact.GetMyContextFromRoot(root)
     )
     racket, bed = impact.racket, impact.string_bed
     bed_context = bed.GetMyContextFromRoot(root)
-    pose = {
-        name: racket.frame(name).CalcPoseInWorld(context) for name in ("butt", "gsc", "tip")
-    }
+    pose = {name: racket.frame(name).CalcPoseInWorld(context) for name in ("butt", "gsc", "tip")}
     gsc_velocity = racket.frame("gsc").CalcSpatialVelocityInWorld(context)
     return {
         "ball_position": impact.ball.body.EvalPoseInWorld(context).translation(),
@@ -167,9 +165,6 @@ def handle_acceleration(racket: Any, context: Context) -> NDArray[np.float64]:
 
 
 def _attributes(run: Run) -> dict[str, Any]:
-    import dataclasses
-    import json
-
     return {
         "title": f"Impact of {run.system.impact.racket.parameters.title}",
         "scenario": json.dumps(dataclasses.asdict(run.scenario)),
@@ -181,11 +176,11 @@ def _attributes(run: Run) -> dict[str, Any]:
 
 def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
     """Writes a history as NetCDF 4, whole or not at all."""
-    _replace(path, lambda temporary: dataset.to_netcdf(temporary, engine="h5netcdf"))
+    replace_file(path, lambda temporary: dataset.to_netcdf(temporary, engine="h5netcdf"))
 
 
 def write_csv(dataset: xarray.Dataset, path: Path) -> None:
-    """Writes a history as CSV, whole or not at all: one column per component, `name_part [unit]`."""
+    """Writes a history as CSV, whole or not at all; columns `name [unit]` or `name_part [unit]`."""
     columns: dict[str, NDArray[np.float64]] = {"time [s]": dataset["time"].to_numpy()}
     for name, variable in dataset.data_vars.items():
         units = variable.attrs["units"]
@@ -201,10 +196,10 @@ def write_csv(dataset: xarray.Dataset, path: Path) -> None:
     def write(temporary: Path) -> None:
         np.savetxt(temporary, table, delimiter=",", header=header, comments="", fmt="%.12g")
 
-    _replace(path, write)
+    replace_file(path, write)
 
 
-def _replace(path: Path, write: Callable[[Path], Any]) -> None:
+def replace_file(path: Path, write: Callable[[Path], Any]) -> None:
     """Writes to a temporary name beside `path`, then renames."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:

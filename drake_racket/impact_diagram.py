@@ -44,6 +44,7 @@ class ImpactDiagram:
 
         Raises:
             InputError: the scenario is not valid, or needs another Diagram.
+
         """
         scenario = scenario or self.scenario
         check_scenario(scenario)
@@ -109,6 +110,7 @@ def make_impact_diagram(scenario: Scenario | None = None) -> ImpactDiagram:
 
     Raises:
         InputError: the scenario is not valid.
+
     """
     scenario = scenario or Scenario()
     check_scenario(scenario)

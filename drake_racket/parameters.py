@@ -170,6 +170,7 @@ def load_racket(
 
     Raises:
         InputError: unknown name, unreadable file, or content that does not fit.
+
     """
     if racket.endswith((".yaml", ".yml")):
         if tension != "low":
@@ -233,6 +234,7 @@ def load_ball(ball: str = "penn_titanium") -> BallParameters:
 
     Raises:
         InputError: unknown name, unreadable file, or content that does not fit.
+
     """
     if ball.endswith((".yaml", ".yml")):
         return read_ball(Path(ball))
@@ -269,7 +271,9 @@ def check_racket(racket: RacketParameters, where: str = "racket") -> None:
             )
         if high > low + middle:
             raise InputError(
-                f"{where}: {part_name}.moi_*", [low, middle, high], "no moment above the others' sum"
+                f"{where}: {part_name}.moi_*",
+                [low, middle, high],
+                "no moment above the others' sum",
             )
     _check_geometry(racket, where)
     _check_springs(racket.string_bed, where)

@@ -65,9 +65,7 @@ def one(unit: str, *, sign: str = "positive") -> Any:
 
 def many(unit: str, *, sign: str = "positive", least: int = 1) -> Any:
     """A dataclass field that holds Quantities in `unit`, at least `least` of them."""
-    return field(
-        default_factory=Quantities, metadata={"unit": unit, "sign": sign, "least": least}
-    )
+    return field(default_factory=Quantities, metadata={"unit": unit, "sign": sign, "least": least})
 
 
 def choice(*allowed: str) -> Any:
@@ -91,6 +89,7 @@ def check_fields(parameters: object, where: str, path: str = "") -> None:
 
     Raises:
         InputError: naming the first key that does not fit.
+
     """
     for item in dataclasses.fields(typing.cast(Any, parameters)):
         value = getattr(parameters, item.name)

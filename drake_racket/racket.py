@@ -20,8 +20,13 @@ from pydrake.multibody.tree import (
 from drake_racket.errors import InputError
 from drake_racket.parameters import RacketParameters
 from drake_racket.sdf_writer import racket_sdf
-from drake_racket.strings import StringBedModel, StringCoordinates, rest_lengths, spring_formula
-from drake_racket.strings import SPRING_NAMES
+from drake_racket.strings import (
+    SPRING_NAMES,
+    StringBedModel,
+    StringCoordinates,
+    rest_lengths,
+    spring_formula,
+)
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,7 @@ class Racket:
         in_plane, out_of_plane: the revolute joints about z and y.
         string_masses, string_joints: points 1-9 in order; empty if not strung.
         bushing: the two torsional spring-dampers (pitch is out of plane, yaw in plane).
+
     """
 
     plant: MultibodyPlant
@@ -81,6 +87,7 @@ def add_racket(
 
     Raises:
         InputError: the plant is finalized, the name is taken, or the frame is unknown.
+
     """
     if plant.is_finalized():
         raise InputError("add_racket: plant", "finalized", "a plant before Finalize()")
@@ -109,6 +116,7 @@ def find_racket(
 
     Raises:
         InputError: the model instance is not a racket of this package.
+
     """
     if not plant.HasBodyNamed("head", instance) or not plant.HasBodyNamed("handle", instance):
         raise InputError(
@@ -134,10 +142,7 @@ def find_racket(
 def _bushing(plant: MultibodyPlant, instance: ModelInstanceIndex) -> LinearBushingRollPitchYaw:
     for index in range(plant.num_force_elements()):
         element = plant.get_force_element(ForceElementIndex(index))
-        if (
-            isinstance(element, LinearBushingRollPitchYaw)
-            and element.model_instance() == instance
-        ):
+        if isinstance(element, LinearBushingRollPitchYaw) and element.model_instance() == instance:
             return element
     raise InputError(
         "find_racket: instance", plant.GetModelInstanceName(instance), "a model with a bushing"

@@ -51,6 +51,7 @@ class ImpactResult:
         warnings: what the user should know about this run.
         steps, evaluations: of the integrator.
         history: labelled time history; None if not asked for.
+
     """
 
     scenario: Scenario

@@ -30,7 +30,7 @@ class IntegratorSettings:
     """How a continuous plant is integrated; the defaults come from docs/performance.md."""
 
     scheme: str = "runge_kutta3"
-    accuracy: float = 5e-4  # target of the error control, relative
+    accuracy: float = 2e-4  # target of the error control, relative
     maximum_step: float = 2e-4  # s; the fixed step without error control
     error_control: bool = True
 
@@ -46,13 +46,14 @@ class Scenario:
         friction_reading, reaction_point: see `diagram.add_impact`.
         support: `free`, `clamped_head` (head welded to the world) or `clamped_handle`.
         point: `1` to `9`, or `auto` for the point nearest to the ball at touch.
-        offset_x, offset_y: where the ball is aimed, from the point (or from the centre with `auto`).
+        offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre).
         speed: of the ball.  incidence_deg: from the normal of the strings.  azimuth_deg: direction
             of the tangential part in the string plane, from +x towards +y.
         approach_time: flight before touch.  after: time simulated from touch on.
         gravity: in the racket's initial frame R.
         time_step: 0 for a continuous plant, else the step of a discrete one.
         audit: integrate losses and impulse beside the motion (`energy`).
+
     """
 
     racket: str = "tour"
@@ -134,6 +135,7 @@ def load_scenario(path: Path) -> Scenario:
 
     Raises:
         InputError: naming the key, the value and what is allowed.
+
     """
     scenario = load_file(path, Scenario, complete=False)
     check_scenario(scenario, str(path))
@@ -152,6 +154,7 @@ def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
 
     Raises:
         InputError: naming the key, the value and what is allowed.
+
     """
     for key, choices in _CHOICES.items():
         value = getattr(scenario, key)

@@ -35,7 +35,9 @@ def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: boo
         *_link("handle", racket.handle),
         "    <!-- massless, between the two revolute joints: first about z, then about y -->",
         *_massless_link("throat_link", "handle", throat),
-        *_link("head", racket.head, f'      <pose relative_to="handle">{throat!r} 0 0 0 0 0</pose>'),
+        *_link(
+            "head", racket.head, f'      <pose relative_to="handle">{throat!r} 0 0 0 0 0</pose>'
+        ),
         *_joint("in_plane", "revolute", "handle", "throat_link", "0 0 1"),
         *_joint("out_of_plane", "revolute", "throat_link", "head", "0 1 0"),
         *_frame("butt", "handle", 0.0),

@@ -33,6 +33,7 @@ class Run:
         contact_state: (n, 15) the BallContact's discrete state, after any event at that time.
         totals: (n, 8) the EnergyMeter's totals; NaN without a meter.
         steps, evaluations: of the integrator.
+
     """
 
     system: ImpactDiagram
@@ -78,6 +79,7 @@ def simulate(
     Raises:
         InputError: the scenario is not valid or needs another Diagram.
         SimulationError: the run could not be finished.
+
     """
     scenario = scenario or Scenario()
     check_scenario(scenario)
@@ -170,7 +172,9 @@ class _Recorder:
         A monitor sees a step's end before the events of that instant: the contact state of the
         next sample is moved back to the time of its event (forces jump at touch).
         """
-        time, plant, contact, totals = (np.array(column) for column in zip(*self._rows, strict=True))
+        time, plant, contact, totals = (
+            np.array(column) for column in zip(*self._rows, strict=True)
+        )
         for i in range(len(time) - 1):
             if contact[i, 0] != contact[i + 1, 0]:
                 contact[i] = contact[i + 1]

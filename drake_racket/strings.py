@@ -118,6 +118,7 @@ def tensions(z: Any, zdot: Any, constants: Any) -> Any:
     Args:
         z, zdot: (9,) deflection (m) and its rate (m/s) of the masses along the head's z.
         constants: (4, 24) by spring: k (N/m); T0 - k L0 (N); L0^2 (m^2); c (N s/m).
+
     """
     return _stretch(z, zdot, constants)[1]
 
@@ -154,6 +155,7 @@ class StringBedModel:
         stiffness_index, rim_factor_index: (24,) 0-based; a rim factor index of -1 means none.
         initial_tension: T0 (N).  damping: c (N s/m).
         lengths: (24,) rest lengths (m).
+
     """
 
     stiffness: NDArray[np.float64]
@@ -182,7 +184,7 @@ _FORCES = compiled(generalized_forces)
 def StringBed_(T: Any) -> Any:
     """The string-bed as a LeafSystem. See `StringBed` for ports and parameters."""
 
-    class Impl(LeafSystem_[T]):  # type: ignore[misc]
+    class Impl(LeafSystem_[T]):
         """Springs of one string-bed, as generalized forces on its plant.
 
         Input ports:
@@ -246,9 +248,7 @@ def StringBed_(T: Any) -> Any:
             factors = np.append(p, T(1.0))  # index -1: a spring without a rim factor
             stiffness = k[self.model.stiffness_index] * factors[self.model.rim_factor_index]
             slack = t0[0] - stiffness * length0  # tension that a spring would have at no length
-            value.set_value(
-                np.stack([stiffness, slack, length0 * length0, np.array([c[0]] * 24)])
-            )
+            value.set_value(np.stack([stiffness, slack, length0 * length0, np.array([c[0]] * 24)]))
 
         def _calc_force(self, context: Any, output: Any) -> None:
             state = self._state.Eval(context)

@@ -23,6 +23,7 @@ def add_supported_racket(
 
     Raises:
         InputError: unknown support, or as `add_racket`.
+
     """
     if support == "free":
         return add_racket(plant, parameters, name=name)

@@ -33,6 +33,7 @@ def load_file(path: Path, schema: type[T], *, complete: bool) -> T:
 
     Raises:
         InputError: the file cannot be read, is not YAML, or does not fit the schema.
+
     """
     try:
         if path.stat().st_size > MAX_BYTES:
@@ -114,9 +115,7 @@ def _check(tree: Any, schema: Any, where: str, path: str, complete: bool) -> Any
     if origin is dict:
         if not isinstance(tree, dict):
             raise InputError(key, tree, "a mapping")
-        return {
-            str(k): _check(v, args[1], where, f"{path}.{k}", complete) for k, v in tree.items()
-        }
+        return {str(k): _check(v, args[1], where, f"{path}.{k}", complete) for k, v in tree.items()}
     if schema is str:
         if isinstance(tree, bool) or not isinstance(tree, (str, int, float)):
             raise InputError(key, tree, "a text")

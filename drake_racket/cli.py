@@ -1,0 +1,289 @@
+"""The command line: `drake-racket impact` and `drake-racket show`.
+
+Units: m/s, degrees, s. Bad input prints one line on standard error and exits with status 2.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from drake_racket.describe import RacketProperties, racket_properties
+from drake_racket.errors import InputError
+from drake_racket.parameters import check_racket, load_ball, load_racket
+from drake_racket.quantities import Assignment, Choice, Quantities, Quantity, sourced_fields
+from drake_racket.result import ImpactResult
+from drake_racket.scenario import Scenario, check_scenario, load_scenario
+from drake_racket.simulate import SimulationError, simulate
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Tennis racket and ball impacts, after Glynn, King & Mitchell (2011).",
+)
+
+
+def main() -> None:
+    """Runs the command line; bad input ends with status 2 and one line on standard error."""
+    try:
+        app(standalone_mode=True)
+    except InputError as error:
+        _stop(str(error), 2)
+    except SimulationError as error:
+        _stop(str(error), 1)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)
+
+
+def _stop(message: str, status: int) -> None:
+    print(f"drake-racket: {message}", file=sys.stderr)
+    sys.exit(status)
+
+
+@app.command()
+def impact(
+    scenario_file: Annotated[
+        Path | None, typer.Argument(metavar="[SCENARIO]", help="A scenario file (YAML).")
+    ] = None,
+    racket: Annotated[
+        str | None, typer.Option(help="tour, recreational, or a parameter file (YAML).")
+    ] = None,
+    tension: Annotated[
+        str | None, typer.Option(help="low, high, or a stringing tension in N.")
+    ] = None,
+    point: Annotated[
+        str | None, typer.Option(help="String-bed point 1-9, or auto (nearest at touch).")
+    ] = None,
+    speed: Annotated[float | None, typer.Option(help="Speed of the ball (m/s).")] = None,
+    incidence: Annotated[
+        float | None, typer.Option(help="Incidence from the normal (degrees).")
+    ] = None,
+    azimuth: Annotated[
+        float | None,
+        typer.Option(help="Direction of the tangential part, from +x towards +y (degrees)."),
+    ] = None,
+    support: Annotated[
+        str | None, typer.Option(help="free, clamped_head or clamped_handle.")
+    ] = None,
+    after: Annotated[float | None, typer.Option(help="Time simulated from touch on (s).")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Directory for the history (NetCDF, CSV) and the plot.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object (SI units) and nothing else.")
+    ] = False,
+) -> None:
+    """Simulates one impact. Options override the scenario file."""
+    given = {
+        "racket": racket,
+        "tension": tension,
+        "point": point,
+        "speed": speed,
+        "incidence_deg": incidence,
+        "azimuth_deg": azimuth,
+        "support": support,
+        "after": after,
+    }
+    scenario = Scenario() if scenario_file is None else load_scenario(scenario_file)
+    changes: dict[str, Any] = {k: v for k, v in given.items() if v is not None}
+    scenario = dataclasses.replace(scenario, **changes)
+    check_scenario(scenario, "scenario" if scenario_file is None else str(scenario_file))
+    _check_out(out)
+    result = simulate(scenario)
+    written = [] if out is None else _write(result, out)
+    if as_json:
+        print(json.dumps(result.to_json(), allow_nan=False))
+    else:
+        _print_summary(result, written)
+
+
+def _check_out(out: Path | None) -> None:
+    """Refuses a directory that cannot be made or written before the run starts."""
+    if out is None:
+        return
+    parent = out
+    while not parent.exists() and parent != parent.parent:
+        parent = parent.parent
+    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+        raise InputError("--out", str(out), "a directory that can be written")
+
+
+def _write(result: ImpactResult, out: Path) -> list[Path]:
+    from drake_racket.history import replace_file, write_csv, write_netcdf
+    from drake_racket.plots import impact_figure, write_figure
+
+    history = result.history
+    assert history is not None
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        paths = [out / f"impact.{suffix}" for suffix in ("nc", "csv", "png", "json")]
+        write_netcdf(history, paths[0])
+        write_csv(history, paths[1])
+        write_figure(impact_figure(history), paths[2])
+        text = json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n"
+        replace_file(paths[3], lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise InputError("--out", str(out), f"a directory that can be written ({reason})") from None
+    return paths
+
+
+def _print_summary(result: ImpactResult, written: list[Path]) -> None:
+    console = _console()
+    scenario = result.scenario
+    racket = scenario.load_racket()
+    console.print(f"[bold]{racket.title}[/], {scenario.support.replace('_', ' ')}")
+    aim = "auto" if scenario.point == "auto" else f"point {scenario.point}"
+    centre = " (the string-bed centre)" if scenario.point == "5" else ""
+    console.print(
+        f"Ball at {scenario.speed:g} m/s, {scenario.incidence_deg:g}° from the normal,"
+        f" aimed at {aim}{centre}"
+    )
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for name, value in _summary_rows(result):
+        table.add_row(name, value)
+    console.print(table)
+    inferred = sum(1 for _, q in sourced_fields(racket) if q.status == "inferred")
+    inferred += sum(1 for _, q in sourced_fields(scenario.load_ball()) if q.status == "inferred")
+    console.print(
+        f"[dim]{inferred} of the model's values are inferred, not published:"
+        f" drake-racket show {scenario.racket}[/]"
+    )
+    for warning in result.warnings:
+        console.print(f"[yellow]warning:[/] {warning}")
+    for path in written:
+        console.print(f"wrote {path}")
+
+
+def _console() -> Console:
+    """A terminal's own width; wide lines where the output is a file or a pipe."""
+    return Console(highlight=False, width=None if sys.stdout.isatty() else 160)
+
+
+def _summary_rows(result: ImpactResult) -> list[tuple[str, str]]:
+    speed = float((result.rebound_velocity @ result.rebound_velocity) ** 0.5)
+    x, y, z = result.rebound_velocity
+    rows = [
+        ("Rebound speed", f"{speed:.2f} m/s  (x {x:+.2f}, y {y:+.2f}, normal {z:+.2f})"),
+        ("Apparent restitution", f"{result.apparent_restitution:.3f}"),
+        ("Rebound angle", f"{math.degrees(result.rebound_angle):.2f}° from the normal"),
+    ]
+    if result.contact_time is not None:
+        rows.append(("Contact time", f"{1e3 * result.contact_time:.2f} ms"))
+    rows += [
+        ("Peak normal force", f"{result.peak_normal_force:.0f} N"),
+        ("Peak string deflection", f"{1e3 * result.peak_string_deflection:.1f} mm"),
+        (
+            "Racket after",
+            f"centre of mass {_norm(result.racket_velocity):.2f} m/s,"
+            f" turning {_norm(result.racket_angular_velocity):.1f} rad/s",
+        ),
+        (
+            "Peak throat bending",
+            f"{math.degrees(result.peak_out_of_plane_angle):.2f}° out of plane",
+        ),
+    ]
+    if result.peak_handle_acceleration is not None:
+        rows.append(("Peak mid-handle acc.", f"{result.peak_handle_acceleration:.0f} m/s²"))
+    if result.kb is not None and result.cb is not None:
+        rows.append(("Ball", f"kb {result.kb / 1e3:.1f} kN/m, cb {result.cb:.1f} N s/m"))
+    if result.balance is not None:
+        b = result.balance
+        lost = b.lost_ball + b.lost_friction + b.lost_joint + b.lost_strings
+        rows.append(
+            (
+                "Energy at the end",
+                f"ball {b.ball:.2f}, racket {b.rigid_motion:.2f}, bending {b.bending:.2f},"
+                f" strings {b.strings:.2f}, lost {lost:.2f} J",
+            )
+        )
+    if result.energy_error is not None:
+        momentum = result.momentum_error
+        shown = "" if momentum is None else f", momentum {momentum:.1e}"
+        rows.append(("Balance closes to", f"energy {result.energy_error:.1e}{shown}"))
+    rows.append(("Integrator", f"{result.steps} steps, {result.evaluations} evaluations"))
+    return rows
+
+
+def _norm(vector: Any) -> float:
+    return float((vector @ vector) ** 0.5)
+
+
+@app.command()
+def show(
+    racket: Annotated[str, typer.Argument(help="tour, recreational, or a parameter file.")],
+    tension: Annotated[str, typer.Option(help="low, high, or a stringing tension in N.")] = "low",
+    joint_reading: Annotated[
+        str | None, typer.Option(help="by_axis or as_printed (default: the file's).")
+    ] = None,
+) -> None:
+    """Prints a racket's parameters with their sources, and what follows from them."""
+    parameters = load_racket(racket, tension, joint_reading=joint_reading)
+    check_racket(parameters, racket)
+    console = _console()
+    console.print(f"[bold]{parameters.title}[/]")
+    console.print(_properties_table(racket_properties(parameters)))
+    console.print(_parameter_table(parameters))
+    console.print("[bold]Ball[/]")
+    console.print(_parameter_table(load_ball()))
+    for note in parameters.notes:
+        console.print(f"note: {note}")
+    inferred = [key for key, value in sourced_fields(parameters) if value.status == "inferred"]
+    console.print(f"[bold]Inferred[/] ({len(inferred)}): " + ", ".join(inferred))
+
+
+def _properties_table(properties: RacketProperties) -> Table:
+    table = Table(box=None, show_header=False, pad_edge=False)
+    p = properties
+    table.add_row("total mass", f"{1e3 * p.mass:.1f} g (strung)")
+    table.add_row("balance", f"{1e3 * p.balance:.1f} mm from the butt")
+    table.add_row("swingweight", f"{1e4 * p.swingweight:.1f} kg cm² about 4 inches from the butt")
+    table.add_row("twistweight", f"{1e4 * p.twistweight:.1f} kg cm²")
+    table.add_row(
+        "fundamentals",
+        f"{p.in_plane_frequency:.1f} Hz in plane, {p.out_of_plane_frequency:.1f} Hz out of plane"
+        " (bare frame, free)",
+    )
+    return table
+
+
+def _parameter_table(parameters: object) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("parameter", "value", "unit", "status", "source"):
+        table.add_column(column, no_wrap=column in ("parameter", "unit", "status"), overflow="fold")
+    for key, value in sourced_fields(parameters):
+        unit = getattr(value, "unit", "")
+        mark = "yellow" if value.status == "inferred" else ""
+        table.add_row(
+            key,
+            _shown(value),
+            unit,
+            f"[{mark}]{value.status}[/]" if mark else value.status,
+            value.source,
+        )
+    return table
+
+
+def _shown(value: Quantity | Quantities | Choice | Assignment) -> str:
+    if isinstance(value, Quantity):
+        return f"{value.value:g}"
+    if isinstance(value, Quantities):
+        return ", ".join(f"{x:g}" for x in value.value)
+    if isinstance(value, Choice):
+        return value.value
+    return ", ".join(f"{name} {parameter}" for name, parameter in value.value.items())
+
+
+if __name__ == "__main__":
+    main()
