@@ -273,6 +273,7 @@ def BallContact_(T: Any) -> Any:
             force = ExternallyAppliedSpatialForce_[T]
             self._on_ball, self._on_string = force(), force()
             self._on_ball.body_index = BodyIndex(self.at.ball)
+            self._on_ball.p_BoBq_B = np.array([T(0.0)] * 3)  # Drake leaves it unset
             self._string_index = [BodyIndex(i) for i in self.at.strings]
             self.DeclareAbstractOutputPort(
                 "spatial_forces",

@@ -14,18 +14,19 @@ class InputError(ValueError):
         self.key = key
         self.value = value
         self.allowed = allowed
-        super().__init__(f"{_one_line(key)}: got {_shown(value)}; allowed: {_one_line(allowed)}")
+        super().__init__(f"{one_line(key)}: got {_shown(value)}; allowed: {one_line(allowed)}")
 
 
 def _shown(value: object, limit: int = 80) -> str:
-    """`value` on one line, shortened to `limit` characters."""
+    """`value` as Python shows it, on one line."""
     try:
         text = repr(value)
     except ValueError:  # an int beyond sys.get_int_max_str_digits()
         text = f"an integer of {value.bit_length()} bits" if isinstance(value, int) else "a value"
-    text = _one_line(text)
+    return one_line(text, limit)
+
+
+def one_line(text: str, limit: int = 500) -> str:
+    """`text` without line breaks or control characters, shortened to `limit` characters."""
+    text = "".join(c if c.isprintable() else " " for c in text)
     return text if len(text) <= limit else text[: limit - 3] + "..."
-
-
-def _one_line(text: str) -> str:
-    return "".join(c if c.isprintable() else " " for c in str(text))

@@ -7,10 +7,13 @@ module checks the raw tree against the dataclasses first, then lets Drake build 
 
 from __future__ import annotations
 
+import copy
 import dataclasses
+import functools
 import math
 import types
 import typing
+import unicodedata
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -35,63 +38,93 @@ def load_file(path: Path, schema: type[T], *, complete: bool) -> T:
         InputError: the file cannot be read, is not YAML, or does not fit the schema.
 
     """
+    return load_text(_read(path), schema, where=str(path), complete=complete)
+
+
+def _read(path: Path) -> str:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(str(path), f"{path.stat().st_size} bytes", f"at most {MAX_BYTES}")
-        text = path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        with path.open("rb") as file:  # not stat: /dev/zero and pipes have no size
+            data = file.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a name with NUL or a lone surrogate
+        reason = getattr(error, "strerror", None) or "not a file's name"
         raise InputError("file", str(path), f"a readable YAML file ({reason})") from None
-    return load_text(text, schema, where=str(path), complete=complete)
+    if len(data) > MAX_BYTES:
+        raise InputError(str(path), "a larger file", f"at most {MAX_BYTES} bytes")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError("file", str(path), "a readable YAML file (not UTF-8 text)") from None
 
 
 def load_text(text: str, schema: type[T], *, where: str, complete: bool) -> T:
     """Reads YAML `text` into the dataclass `schema`; see `load_file`."""
+    return typing.cast(T, copy.deepcopy(_load(text, typing.cast(Any, schema), where, complete)))
+
+
+@functools.lru_cache(maxsize=64)
+def _load(text: str, schema: Any, where: str, complete: bool) -> Any:
+    """Kept by text, since a study loads the same few files thousands of times."""
     tree = _parse(text, where)
     if not isinstance(tree, dict):
         raise InputError(where, tree, f"a mapping with the keys {_names(schema)}")
     checked = _check(tree, schema, where + ": ", "", complete)
-    return typing.cast(
-        T,
-        yaml_load_typed(
-            schema=schema, data=yaml_dump(checked), allow_schema_with_no_yaml=not complete
-        ),
+    return yaml_load_typed(
+        schema=schema, data=yaml_dump(checked), allow_schema_with_no_yaml=not complete
     )
 
 
 def _parse(text: str, where: str) -> Any:
+    loader = None
     try:
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
-        _refuse_repeated_keys(node, where, set())
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
-        if isinstance(error, InputError):
-            raise
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+        if node is None:
+            return None
+        _check_nodes(node, where, set())
+        return loader.construct_document(node)
+    except InputError:
+        raise
+    # PyYAML raises the first, or whatever int(), float(), a table or a date raise on their text
+    except (
+        yaml.YAMLError,
+        ValueError,
+        LookupError,
+        AttributeError,
+        ArithmeticError,
+        RecursionError,
+    ) as error:
         mark = getattr(error, "problem_mark", None)
         line = f"line {mark.line + 1}" if mark is not None else "the document"
         problem = getattr(error, "problem", None) or str(error) or type(error).__name__
         raise InputError(where, line, f"YAML ({problem})") from None
+    finally:
+        if loader is not None:
+            loader.dispose()
 
 
-def _refuse_repeated_keys(node: yaml.Node | None, where: str, seen: set[int]) -> None:
-    """Also refuses aliases: a parameter or scenario has no use for them, and they may recurse."""
-    if node is None:
-        return
+def _check_nodes(node: yaml.Node, where: str, seen: set[int]) -> None:
+    """Refuses repeated keys and aliases, and makes every key the text that is written.
+
+    A parameter or scenario has no use for aliases, and they may recurse. Keys as text leave no
+    second way to write one (1 and 0x1, or a merge key).
+    """
     if id(node) in seen:
         raise InputError(where, f"an alias in line {node.start_mark.line + 1}", "no YAML aliases")
     seen.add(id(node))
     if isinstance(node, yaml.SequenceNode):
         for item in node.value:
-            _refuse_repeated_keys(item, where, seen)
+            _check_nodes(item, where, seen)
     elif isinstance(node, yaml.MappingNode):
-        keys = [k.value for k, _ in node.value if isinstance(k, yaml.ScalarNode)]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise InputError(f"{where}: {key}", f"{keys.count(key)} times", "once")
-        for _, value in node.value:
-            _refuse_repeated_keys(value, where, seen)
+        keys: set[str] = set()
+        for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                line = f"a list or mapping as a key in line {key.start_mark.line + 1}"
+                raise InputError(where, line, "keys that are text")
+            if key.value in keys:
+                raise InputError(f"{where}: {key.value}", "a repeated key", "each key once")
+            keys.add(key.value)
+            key.tag = "tag:yaml.org,2002:str"
+            _check_nodes(value, where, seen)
 
 
 def _names(schema: type) -> str:
@@ -115,7 +148,7 @@ def _check(tree: Any, schema: Any, where: str, path: str, complete: bool) -> Any
     if origin is dict:
         if not isinstance(tree, dict):
             raise InputError(key, tree, "a mapping")
-        return {str(k): _check(v, args[1], where, f"{path}.{k}", complete) for k, v in tree.items()}
+        return {k: _check(v, args[1], where, f"{path}.{k}", complete) for k, v in tree.items()}
     if schema is str:
         if isinstance(tree, bool) or not isinstance(tree, (str, int, float)):
             raise InputError(key, tree, "a text")
@@ -136,7 +169,7 @@ def _check_mapping(tree: Any, schema: type, where: str, path: str, complete: boo
     prefix = path + "." if path else ""
     for key in tree:
         if key not in hints:
-            raise InputError(where + prefix + str(key), "an unknown key", _names(schema))
+            raise InputError(where + prefix + key, "an unknown key", _names(schema))
     for name in hints:
         if complete and name not in tree:
             raise InputError(where + prefix + name, "nothing", "this key must be given")
@@ -160,6 +193,9 @@ def _number(value: Any, key: str) -> float:
 
 def _text(value: str | int | float, key: str) -> str:
     try:
-        return str(value)
-    except ValueError:
+        text = str(value)
+    except ValueError:  # an int beyond sys.get_int_max_str_digits()
         raise InputError(key, value, "a text") from None
+    if any(unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" for c in text):
+        raise InputError(key, value, "a text without control characters")
+    return text
