@@ -6,7 +6,7 @@ doi:10.1007/s12283-010-0056-x. Compose it on your own plant with `add_racket`, `
 """
 
 from drake_racket.ball import Ball, add_ball
-from drake_racket.contact import BallContact, BallContact_, contact_record
+from drake_racket.contact import BallContact, BallContact_, ContactRecord
 from drake_racket.describe import RacketProperties, frame_fundamentals, racket_properties
 from drake_racket.diagram import Impact, add_contact, add_impact, connect_forces
 from drake_racket.energy import EnergyMeter, EnergyMeter_, add_energy_meter, balance
@@ -32,6 +32,7 @@ __all__ = [
     "BallContact",
     "BallContact_",
     "BallParameters",
+    "ContactRecord",
     "EnergyMeter",
     "EnergyMeter_",
     "Impact",
@@ -55,7 +56,6 @@ __all__ = [
     "balance",
     "configure_integrator",
     "connect_forces",
-    "contact_record",
     "find_racket",
     "frame_fundamentals",
     "impact_figure",

@@ -6,19 +6,21 @@ Units: m/s, degrees, s. Bad input prints one line on standard error and exits wi
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import math
-import os
 import sys
+import tempfile
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.describe import RacketProperties, racket_properties
-from drake_racket.errors import InputError
+from drake_racket.errors import InputError, one_line
 from drake_racket.parameters import check_racket, load_ball, load_racket
 from drake_racket.quantities import Assignment, Choice, Quantities, Quantity, sourced_fields
 from drake_racket.result import ImpactResult
@@ -27,27 +29,38 @@ from drake_racket.simulate import SimulationError, simulate
 
 app = typer.Typer(
     add_completion=False,
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     help="Tennis racket and ball impacts, after Glynn, King & Mitchell (2011).",
 )
 
 
+# click's class for wrong options and arguments; typer carries its own copy or imports click
+_UsageError: Any = typer.BadParameter.__bases__[0]
+
+
 def main() -> None:
     """Runs the command line; bad input ends with status 2 and one line on standard error."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal without ° or ² gets ? instead
     try:
-        app(standalone_mode=True)
+        status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
     except InputError as error:
         _stop(str(error), 2)
+    except _UsageError as error:
+        _stop(f"{error.format_message()} (see drake-racket --help)", 2)
     except SimulationError as error:
         _stop(str(error), 1)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(1)
+    except typer.Abort:  # Ctrl-C in typer releases that do not give it a status themselves
+        status = 130
+    if status:
+        sys.exit(status)
 
 
-def _stop(message: str, status: int) -> None:
-    print(f"drake-racket: {message}", file=sys.stderr)
+def _stop(message: str, status: int) -> NoReturn:
+    print(f"drake-racket: {one_line(message)}", file=sys.stderr)
     sys.exit(status)
 
 
@@ -112,11 +125,14 @@ def _check_out(out: Path | None) -> None:
     """Refuses a directory that cannot be made or written before the run starts."""
     if out is None:
         return
-    parent = out
-    while not parent.exists() and parent != parent.parent:
-        parent = parent.parent
-    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
-        raise InputError("--out", str(out), "a directory that can be written")
+    try:
+        parent = out
+        while not parent.exists() and parent != parent.parent:
+            parent = parent.parent
+        with tempfile.TemporaryDirectory(dir=parent):  # permissions alone do not tell, as root
+            pass
+    except OSError as error:
+        raise _out_error(out, error) from None
 
 
 def _write(result: ImpactResult, out: Path) -> list[Path]:
@@ -134,16 +150,20 @@ def _write(result: ImpactResult, out: Path) -> list[Path]:
         text = json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n"
         replace_file(paths[3], lambda temporary: temporary.write_text(text, encoding="utf-8"))
     except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError("--out", str(out), f"a directory that can be written ({reason})") from None
+        raise _out_error(out, error) from None
     return paths
+
+
+def _out_error(out: Path, error: OSError) -> InputError:
+    reason = error.strerror or type(error).__name__
+    return InputError("--out", str(out), f"a directory that can be written ({reason})")
 
 
 def _print_summary(result: ImpactResult, written: list[Path]) -> None:
     console = _console()
     scenario = result.scenario
     racket = scenario.load_racket()
-    console.print(f"[bold]{racket.title}[/], {scenario.support.replace('_', ' ')}")
+    console.print(f"[bold]{escape(racket.title)}[/], {scenario.support.replace('_', ' ')}")
     aim = "auto" if scenario.point == "auto" else f"point {scenario.point}"
     centre = " (the string-bed centre)" if scenario.point == "5" else ""
     console.print(
@@ -158,12 +178,12 @@ def _print_summary(result: ImpactResult, written: list[Path]) -> None:
     inferred += sum(1 for _, q in sourced_fields(scenario.load_ball()) if q.status == "inferred")
     console.print(
         f"[dim]{inferred} of the model's values are inferred, not published:"
-        f" drake-racket show {scenario.racket}[/]"
+        f" drake-racket show {escape(scenario.racket)}[/]"
     )
     for warning in result.warnings:
-        console.print(f"[yellow]warning:[/] {warning}")
+        console.print(f"[yellow]warning:[/] {escape(warning)}")
     for path in written:
-        console.print(f"wrote {path}")
+        console.print(f"wrote {escape(str(path))}")
 
 
 def _console() -> Console:
@@ -232,14 +252,16 @@ def show(
     parameters = load_racket(racket, tension, joint_reading=joint_reading)
     check_racket(parameters, racket)
     console = _console()
-    console.print(f"[bold]{parameters.title}[/]")
+    console.print(f"[bold]{escape(parameters.title)}[/]")
     console.print(_properties_table(racket_properties(parameters)))
     console.print(_parameter_table(parameters))
     console.print("[bold]Ball[/]")
-    console.print(_parameter_table(load_ball()))
+    ball = load_ball()
+    console.print(_parameter_table(ball))
     for note in parameters.notes:
-        console.print(f"note: {note}")
-    inferred = [key for key, value in sourced_fields(parameters) if value.status == "inferred"]
+        console.print(f"note: {escape(note)}")
+    values = [*sourced_fields(parameters), *sourced_fields(ball, "ball")]
+    inferred = [key for key, value in values if value.status == "inferred"]
     console.print(f"[bold]Inferred[/] ({len(inferred)}): " + ", ".join(inferred))
 
 
@@ -270,7 +292,7 @@ def _parameter_table(parameters: object) -> Table:
             _shown(value),
             unit,
             f"[{mark}]{value.status}[/]" if mark else value.status,
-            value.source,
+            escape(value.source),
         )
     return table
 

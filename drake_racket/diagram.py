@@ -28,6 +28,8 @@ from drake_racket.contact import (
     BallContact,
     ContactBodies,
     ContactModel,
+    ContactRecord,
+    contact_record,
 )
 from drake_racket.errors import InputError
 from drake_racket.parameters import BallParameters, RacketParameters
@@ -57,6 +59,20 @@ class Impact:
     def spatial_force_port(self) -> OutputPort | None:
         """Forces of the contact, for the plant's applied_spatial_force; None without a ball."""
         return None if self.contact is None else self.contact.GetOutputPort("spatial_forces")
+
+    def record(self, root: Context) -> ContactRecord:
+        """What the contact has latched: phase, point, speed, kb, cb, times (see `contact`).
+
+        Args:
+            root: the Context of the Diagram that holds this impact.
+
+        Raises:
+            InputError: the impact has no ball.
+        """
+        if self.contact is None:
+            raise InputError("Impact.record", "an impact without a ball", "an impact with a ball")
+        context = self.contact.GetMyContextFromRoot(root)
+        return contact_record(context.get_discrete_state_vector().CopyToVector())
 
 
 def add_impact(

@@ -17,7 +17,6 @@ from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from drake_racket.contact import contact_record
 from drake_racket.diagram import Impact
 
 LOST_BALL, LOST_FRICTION, COUPLE, IMPULSE, LOST_JOINT, LOST_STRINGS = 0, 1, 2, slice(3, 6), 6, 7
@@ -205,7 +204,7 @@ def balance(impact: Impact, meter: Any, root: Context, *, held: bool) -> Balance
     strings = bed.GetOutputPort("energy").Eval(bed.GetMyContextFromRoot(root))[0]
     contact_context = impact.contact.GetMyContextFromRoot(root)
     contact = impact.contact.GetOutputPort("stored_energy").Eval(contact_context)[0]
-    record = contact_record(contact_context.get_discrete_state_vector().CopyToVector())
+    record = impact.record(root)
     totals = meter.GetOutputPort("totals").Eval(meter.GetMyContextFromRoot(root))
     gravity = plant.gravity_field().gravity_vector()
     com = plant.CalcCenterOfMassPositionInWorld(context, both)

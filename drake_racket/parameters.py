@@ -222,7 +222,7 @@ def _at_tension(racket: str, tension: str) -> RacketParameters:
     mu = Quantities([line(a, b) for a, b in pairs], "1", "inferred", source)
     return dataclasses.replace(
         low,
-        name=f"{racket}_{newton:g}N",
+        name=f"{racket}_{newton:g}N".replace(".", "p"),
         title=low.title.split(",")[0] + f", strung at {newton:g} N",
         string_bed=bed,
         friction=dataclasses.replace(low.friction, coefficients=mu),

@@ -5,6 +5,7 @@ they are not frozen, and this module does not postpone annotations.
 """
 
 import dataclasses
+import math
 import typing
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -115,6 +116,8 @@ def _check_one(value: Sourced, rule: dict[str, Any], key: str) -> None:
     if isinstance(value, Quantities) and len(numbers) < rule["least"]:
         raise InputError(f"{key}.value", numbers, f"at least {rule['least']} numbers")
     for number in numbers:
+        if not math.isfinite(number):
+            raise InputError(f"{key}.value", number, "a finite number")
         if rule["sign"] == "positive" and not number > 0:
             raise InputError(f"{key}.value", number, "more than 0")
         if rule["sign"] == "non-negative" and not number >= 0:

@@ -24,7 +24,7 @@ from drake_racket.errors import InputError
 
 T = TypeVar("T")
 
-MAX_BYTES = 1_000_000  # a parameter file is a few kB; this stops a wrong file early
+MAX_BYTES = 100_000  # a parameter file is a few kB; this stops a wrong file early
 
 
 def load_file(path: Path, schema: type[T], *, complete: bool) -> T:

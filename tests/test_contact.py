@@ -12,7 +12,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.systems.analysis import Simulator
 
-from drake_racket import Scenario, configure_integrator, contact_record, make_impact_diagram
+from drake_racket import Scenario, configure_integrator, make_impact_diagram
 from drake_racket.contact import CONTACT, FREE, PASSED, ball_constants, contact_law, contact_powers
 from tests.conftest import kb_cb
 
@@ -85,8 +85,7 @@ def run(start, velocity, until, *, point=0, **changes):
     simulator.set_monitor(record)
     simulator.Initialize()
     simulator.AdvanceTo(until)
-    state = contact.GetMyContextFromRoot(root).get_discrete_state_vector().CopyToVector()
-    return phases, contact_record(state)
+    return phases, system.impact.record(root)
 
 
 def test_phases_of_an_impact():
