@@ -215,7 +215,14 @@ def report(repeats: int) -> None:
                 f"{1e6 * wall:.1f}",
             ]
         )
-    header = ["audit", "evaluations", "in contact", "mean, us", "/ plant", "wall per evaluation, us"]
+    header = [
+        "audit",
+        "evaluations",
+        "in contact",
+        "mean, us",
+        "/ plant",
+        "wall per evaluation, us",
+    ]
     print(table(header, rows), flush=True)
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
 from drake_racket.contact import ball_constants
 from drake_racket.racket import string_bed_model
 from drake_racket.scenario import Scenario
 from drake_racket.strings import INCIDENCE, SPRINGS
-from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ stage: one Python call into a function that numba compiles where it is installed
 does with its own law. MuJoCo's contacts and constraints are off.
 
 MuJoCo asks for a rotational inertia of every moving body, which the point masses do not have. They
-get 1e-10 kg m^2, a part in 10^7 of the head's 1.37e-3: it is out of sight at the tolerances
-compared here.
+get 2e-15 kg m^2, just above the least that it accepts, which moves the rebound velocity by less
+than 1e-11 m/s.
 
 The step is fixed, and a force that ends within a step costs the method its order. The step in
 which the ball leaves is therefore taken again up to the zero of the force.
@@ -41,13 +41,13 @@ def model_xml(n: Numbers) -> str:
         for i, (x, y) in enumerate(n.points)
     )
     rim, tendons = [], []
-    for k, ((i, j), row) in enumerate(zip(n.ends, n.incidence, strict=True)):
+    for k, (i, j) in enumerate(n.ends):
         other = f"p{j}"
         if j < 0:
             other = f"r{k}"
             rim.append(f'<site name="{other}" pos="{numbers(*_rim_end(n, k, i), 0.0)}"/>')
         spring_length = n.lengths[k] - n.initial_tension / n.spring_k[k]
-        assert spring_length > 0.0 and row[i] == 1.0
+        assert spring_length > 0.0
         tendons.append(
             f'<spatial stiffness="{numbers(n.spring_k[k])}"'
             f' springlength="{numbers(spring_length)}">'
@@ -71,7 +71,9 @@ def model_xml(n: Numbers) -> str:
 {masses}
 </body></body>
 <body name="ball" pos="{ball}">
-<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><joint type="slide" axis="0 0 1"/>
+<joint type="slide" axis="1 0 0"/>
+<joint type="slide" axis="0 1 0"/>
+<joint type="slide" axis="0 0 1"/>
 <inertial pos="0 0 0" mass="{numbers(n.ball_mass)}"
  diaginertia="{numbers(*[POINT_INERTIA] * 3)}"/>
 </body>

@@ -50,8 +50,8 @@ class NumpyImpact:
         self.touching = True
         self.evaluations = 0
         x, y = n.points.T
-        self.spring_force = n.spring_k * n.lengths  # k L0 - T0: tension is k L - this
-        self.spring_force -= n.initial_tension
+        self.slack = n.spring_k * n.lengths  # k L0 - T0: tension is k L - this
+        self.slack -= n.initial_tension
         self.lengths2 = n.lengths * n.lengths
         # constant rows: head (angular, linear at its centre of mass), string masses (x, then y)
         self.jacobian = jacobian = np.zeros((30, 8))
@@ -82,10 +82,11 @@ class NumpyImpact:
         state[BALLDOT] = n.ball_velocity
         return state
 
-    def contact(self, y: NDArray[np.float64]) -> tuple[float, float, float, float, float, float]:
+    def contact(
+        self, y: NDArray[np.float64], rotation: NDArray[np.float64]
+    ) -> tuple[float, float, float, float, float, float]:
         """Force on the ball in B, and the ball from T in B."""
         n = self.n
-        rotation = rotation_matrix(y[QUATERNION])
         d = (y[BALL] - y[THROAT]) @ rotation
         u = y[BALLDOT] @ rotation
         (w0, w1, w2), (v0, v1, v2) = y[W].tolist(), y[V].tolist()
@@ -149,7 +150,7 @@ class NumpyImpact:
         # forces
         dz = n.incidence @ z
         length = np.sqrt(dz * dz + self.lengths2)
-        strings = -((n.spring_k - self.spring_force / length) * dz) @ n.incidence
+        strings = -((n.spring_k - self.slack / length) * dz) @ n.incidence
         weighted = self.weights[:, None] * jacobian
         rhs = -(bias @ weighted)
         gyro = self.weights[:9] * (h0, h1, h2, 0.0, 0.0, 0.0, w0, w1, w2)
@@ -164,7 +165,7 @@ class NumpyImpact:
         out = np.empty(41)
         out[BALLDOT] = 0.0
         if self.touching:
-            f0, f1, f2, d0, d1, d2 = self.contact(y)
+            f0, f1, f2, d0, d1, d2 = self.contact(y, rotation)
             px, py = n.points[n.point].tolist()
             rhs[0] -= d1 * f2 - d2 * f1 - py * f2
             rhs[1] -= d2 * f0 - d0 * f2 + px * f2
@@ -192,7 +193,7 @@ class NumpyImpact:
         """Rebound velocity of the ball: to release, isolated by `solve_ivp`, then on to `end`."""
 
         def release(_time: float, y: NDArray[np.float64]) -> float:
-            return self.contact(y)[2]
+            return self.contact(y, rotation_matrix(y[QUATERNION]))[2]
 
         release.terminal = True
         release.direction = -1.0

@@ -38,7 +38,7 @@ simulator = Simulator(diagram)
 dr.configure_integrator(simulator, dr.IntegratorSettings())
 root = simulator.get_mutable_context()
 context = plant.GetMyMutableContextFromRoot(root)
-above_centre = np.array(racket.parameters.point(5)) + [0.0, 0.0, 0.02]
+above_centre = np.add(racket.parameters.point(5), [0.0, 0.0, 0.02])
 plant.SetFreeBodyPose(context, ball.body, RigidTransform(above_centre))
 velocity = SpatialVelocity([0.0, 0.0, 0.0], [0.0, 0.0, -arguments.speed])
 plant.SetFreeBodySpatialVelocity(context, ball.body, velocity)
