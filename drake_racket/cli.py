@@ -193,7 +193,7 @@ def _console() -> Console:
 
 def _summary_rows(result: ImpactResult) -> list[tuple[str, str]]:
     speed = float((result.rebound_velocity @ result.rebound_velocity) ** 0.5)
-    x, y, z = result.rebound_velocity
+    x, y, z = (round(float(v), 2) + 0.0 for v in result.rebound_velocity)  # no -0.00
     rows = [
         ("Rebound speed", f"{speed:.2f} m/s  (x {x:+.2f}, y {y:+.2f}, normal {z:+.2f})"),
         ("Apparent restitution", f"{result.apparent_restitution:.3f}"),
