@@ -13,7 +13,8 @@ speed. The ball leaves at about 5 ms; what follows is the racket's ringing.
 All find the release. First they must agree: each at its tightest setting, to 1e-6 m/s in the
 rebound velocity. Then each runs over its settings in turns, and the median time is held against
 the error |v - v_ref| / |v_ref|, v_ref from DOP853 at 1e-12. The time at an equal error is read from
-each program's best settings (those that no other one beats in both) by a line in log-log.
+each program's best settings (those that no other one beats in both) by lines in log-log; where the
+cheapest setting is better than asked for, its time counts.
 
 The last table is for orientation: what the package's own calls cost around AdvanceTo, and MuJoCo
 without the callback, that is the engine and its bindings alone.
@@ -46,10 +47,10 @@ from drake_racket.simulate import run as run_scenario
 FIGURE = Path(__file__).parents[1] / "docs" / "figures" / "performance_against_others.png"
 END = 0.008  # s, from touch
 SCENARIO = Scenario(point="5", speed=25.0, approach_time=0.0, after=END, audit=False)
-ACCURACIES = (1e-2, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 1e-5, 1e-6, 1e-7)
-STEPS = (5e-5, 2e-5, 1.6e-5, 1e-5, 8e-6, 5e-6, 4e-6, 2e-6)
-TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-EQUAL_ERRORS = (1e-3, 1e-4, 1e-6)
+ACCURACIES = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 1e-5, 1e-6)
+STEPS = (1e-4, 8e-5, 5e-5, 4e-5, 2e-5, 1.6e-5, 1e-5, 8e-6, 5e-6, 4e-6, 2e-6)
+TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+EQUAL_ERRORS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)
 AGREEMENT = 1e-6  # m/s
 
 
@@ -62,6 +63,11 @@ class Trial:
     call: Callable[[], float]
     rebound: Callable[[], NDArray[np.float64]]
     evaluations: Callable[[], int]
+
+    @property
+    def name(self) -> str:
+        """Program and setting."""
+        return f"{self.program}, {self.setting}"
 
 
 class DrakeImpact:
@@ -95,9 +101,12 @@ class DrakeImpact:
 
 def drake_trial(system: ImpactDiagram, settings: IntegratorSettings) -> Trial:
     impact = DrakeImpact(system, settings)
+    controlled = settings.error_control
     return Trial(
-        f"drake_racket, {settings.scheme}",
-        f"accuracy {settings.accuracy:g}",
+        f"drake_racket, RK3, {'error control' if controlled else 'fixed steps'}",
+        f"accuracy {settings.accuracy:g}"
+        if controlled
+        else f"step {1e6 * settings.maximum_step:g} us",
         impact.run,
         impact.rebound,
         impact.evaluations,
@@ -151,14 +160,14 @@ def engine_alone(impact: MujocoImpact, step: float) -> float:
 
 
 def time_at(errors: NDArray[np.float64], times: NDArray[np.float64], target: float) -> float:
-    """Time at the target error along the front of the settings; NaN outside it."""
+    """Time at the target error along the front of the settings; NaN where none reaches it."""
     front = [
         (e, t)
         for e, t in zip(errors, times, strict=True)
         if not np.any((errors <= e) & (times < t) | (errors < e) & (times <= t))
     ]
     e, t = np.log(np.transpose(sorted(front)))
-    return float(np.exp(np.interp(np.log(target), e, t, left=np.nan, right=np.nan)))
+    return float(np.exp(np.interp(np.log(target), e, t, left=np.nan)))
 
 
 def agree(system: ImpactDiagram, numerical: NumpyImpact, engine: MujocoImpact) -> NDArray:
@@ -184,9 +193,12 @@ def trials(system: ImpactDiagram, numerical: NumpyImpact, engine: MujocoImpact) 
     largest = IntegratorSettings().maximum_step
     return [
         *(
-            drake_trial(system, IntegratorSettings(scheme, accuracy, largest))
-            for scheme in ("runge_kutta3", "runge_kutta5")
+            drake_trial(system, IntegratorSettings("runge_kutta3", accuracy, largest))
             for accuracy in ACCURACIES
+        ),
+        *(
+            drake_trial(system, IntegratorSettings("runge_kutta3", 1e-3, step, False))
+            for step in STEPS
         ),
         *(mujoco_trial(engine, step) for step in STEPS),
         *(numpy_trial(numerical, method, t) for method in ("RK45", "DOP853") for t in TOLERANCES),
@@ -224,10 +236,8 @@ def main(
     numerical, engine = NumpyImpact(numbers), MujocoImpact(numbers)
     reference = agree(system, numerical, engine)
     chosen = trials(system, numerical, engine)
-    names = [f"{t.program}, {t.setting}" for t in chosen]
-    calls: dict[str, Callable[[], object]] = {
-        name: trial.call for name, trial in zip(names, chosen, strict=True)
-    }
+    names = [trial.name for trial in chosen]
+    calls: dict[str, Callable[[], object]] = {trial.name: trial.call for trial in chosen}
     around = {
         "AdvanceTo": DrakeImpact(system, IntegratorSettings()).run,
         "simulate.run": lambda: run_scenario(SCENARIO, system),
@@ -277,9 +287,7 @@ def main(
         for name in around
     ]
     print(table(["what", "time, ms"], rows))
-    default = names.index(
-        f"drake_racket, {IntegratorSettings().scheme}, accuracy {IntegratorSettings().accuracy:g}"
-    )
+    default = names.index(drake_trial(system, IntegratorSettings()).name)
     plot(programs, errors, times, default, out)
 
 
