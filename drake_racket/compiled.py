@@ -16,7 +16,10 @@ except ImportError:
 
 
 def compiled(law: Callable[..., Any]) -> Callable[..., Any]:
-    """`law` as machine code for float arguments, cached on disk."""
+    """`law` as machine code for float arguments, cached on disk.
+
+    The cache knows of changes in the law's own file only: keep what it calls beside it.
+    """
     return law if numba is None else numba.njit(cache=True)(law)
 
 

@@ -1,4 +1,4 @@
-"""Ball against string mass: the contact law, and the LeafSystem that applies it.
+"""Ball against string mass: the contact law. `ball_contact` has the LeafSystem that applies it.
 
 With Q the ball's centre, S the string mass in contact, B the head's axes (z normal to the strings)
 and p = p_SQ_B, v = the velocity of Q relative to S as seen in B:
@@ -27,23 +27,9 @@ ball from the +z side only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from pydrake.common.value import AbstractValue
-from pydrake.multibody.math import SpatialForce_
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
-from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import (
-    BasicVector_,
-    EventStatus,
-    LeafSystem_,
-    UnrestrictedUpdateEvent_,
-    WitnessFunctionDirection,
-)
-from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.compiled import compilable, compiled
 
@@ -56,7 +42,7 @@ leaving the strings, or having gone past outside the rim)."""
 
 
 def ball_constants(v: Any, speed_low: Any, speed_high: Any, low: Any, growth: Any) -> Any:
-    """Kb (N/m) or cb (N s/m) at the normal approach speed `v` (m/s).
+    """The constant kb (N/m) or cb (N s/m) at the normal approach speed `v` (m/s).
 
     low * (1 + growth * (v - speed_low) / (speed_high - speed_low)), v held within the range.
     """
@@ -129,8 +115,13 @@ def contact_powers(p: Any, v: Any, force: Any, cb: Any, w: Any) -> Any:
     return in_ball, in_friction, couple
 
 
-def _solve(x_s: Any, x_q: Any, v_s: Any, v_q: Any, constants: Any) -> Any:
-    """F_Q_W on the ball and F_S_W on the string mass (6,), p_SQ_B, v_SQ_B, law's results (4,)."""
+def contact_forces(x_s: Any, x_q: Any, v_s: Any, v_q: Any, constants: Any) -> Any:
+    """All of a contact from two motions; arguments as `relative_motion` and `contact_law`.
+
+    Returns:
+        F_Q_W (6,) on the ball; F_S_W (6,) on the string mass; p_SQ_B, v_SQ_B (3,); and the four
+        results of `contact_law`.
+    """
     p, v = relative_motion(x_s, x_q, v_s, v_q)
     fx, fy, fz, raw = contact_law(p, v, constants)
     f0 = x_s[0, 0] * fx + x_s[0, 1] * fy + x_s[0, 2] * fz
@@ -146,359 +137,5 @@ def _solve(x_s: Any, x_q: Any, v_s: Any, v_q: Any, constants: Any) -> Any:
     )
 
 
-@dataclass(frozen=True)
-class ContactBodies:
-    """Indices of the plant's bodies, for the ports that list all bodies."""
-
-    ball: int
-    strings: tuple[int, ...]  # nine, points 1-9
-
-
-@dataclass(frozen=True)
-class ContactModel:
-    """The numbers and choices of a contact, ready for the system below.
-
-    Attributes:
-        ball: speed_low, speed_high (m/s), kb at speed_low (N/m), its growth, cb at speed_low
-            (N s/m), its growth.
-        friction: mu at points 1-9.
-        scales: s_v (m/s), s_d (m).
-        grid: (9, 2) x, y (m) of the points in the head, about the centre.
-        rim: semi-axes along x, y (m); a ball outside passes by.
-        point: 1-9, or 0 for the point nearest at touch.
-
-    """
-
-    ball: tuple[float, float, float, float, float, float]
-    friction: tuple[float, ...]
-    scales: tuple[float, float]
-    grid: NDArray[np.float64]
-    rim: tuple[float, float]
-    point: int
-    by_displacement: bool
-    reaction_at_ball: bool
-
-
-(
-    _PHASE,
-    _POINT,
-    _SPEED,
-    _KB,
-    _CB,
-    _MU,
-    _OFFSET_X,
-    _OFFSET_Y,
-    _SCALE,
-    _BY_DISPLACEMENT,
-    _AT_BALL,
-    _TOUCH,
-    _RELEASE,
-    _GIVEN_UP,
-    _TOUCHES,
-) = range(15)
-_CONSTANTS = slice(_KB, _AT_BALL)  # the seven constants of contact_law, in its order
-
-_SOLVE = compiled(_solve)
-
-
-@TemplateSystem.define("BallContact_")
-def BallContact_(T: Any) -> Any:
-    """The ball contact as a LeafSystem on the scalar type T; `BallContact` is that on float."""
-    spatial_force = SpatialForce_[T]  # looked up once: it is called at every evaluation
-
-    class Impl(LeafSystem_[T]):
-        """Contact of one ball with the nine masses of one string-bed.
-
-        Input ports:
-            state: the plant's multibody state [q; v] (m, rad, m/s, rad/s).
-        Output ports:
-            spatial_forces: list of ExternallyAppliedSpatialForce on ball and string mass; empty
-                when not in contact (then the state is not looked at).
-            contact_state (9): phase; point in contact, or to be hit (1-9); compression x (m); its
-                rate (m/s); N (N); F_x, F_y on the ball (N) and sliding velocity v_x, v_y (m/s) in
-                the head's axes.
-            stored_energy (1): kb x^2 / 2 in contact (J).
-            power (6): lost in the ball's damper, lost to friction, gained from the couple (W); and
-                the force on the ball in the world (N), the rate of its impulse. The couple: with
-                the reaction at the string mass the two opposite forces act along different lines
-                once the ball has slid, which is work from nowhere. It is 0 with the reaction at
-                the ball.
-        Numeric parameters:
-            0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth.
-            1 friction: mu at points 1-9 (1).
-            2 scales: s_v (m/s), s_d (m).
-            3 choices: point (1-9, 0 nearest at touch); friction reading (0 velocity, 1
-              displacement); reaction (0 at the string mass, 1 at the ball).
-        Discrete state (15), latched at touch: phase, point, normal approach speed at first touch
-            (m/s), kb, cb, mu, tangential offset x, y (m), scale, friction reading, reaction, time
-            of first touch, time of last release (s), energy kb x^2/2 given up at releases (J),
-            number of touches.
-        Events: touch, release and leaving are witness functions on a continuous plant, and checked
-            at the start of every step on a discrete one. A run may start at touch.
-        Equations: the module's docstring. Source: Glynn et al. 2011.
-        """
-
-        BALL, FRICTION, SCALES, CHOICES = range(4)
-
-        def _construct(
-            self, model: ContactModel, at: ContactBodies, plant: Any, converter: Any = None
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter)
-            self.model, self.at, self.plant = model, at, plant
-            self.discrete = plant.time_step() > 0.0
-            self._scratch = plant.CreateDefaultContext()
-            self._ball = plant.get_body(BodyIndex(at.ball))
-            self._strings = [plant.get_body(BodyIndex(i)) for i in at.strings]
-            self._law: Any = _SOLVE if T is float else _solve
-            choices = (model.point, model.by_displacement, model.reaction_at_ball)
-            for values in (model.ball, model.friction, model.scales, choices):
-                self.DeclareNumericParameter(
-                    BasicVector_[T](np.array([T(float(x)) for x in values]))
-                )
-            initial = np.array([T(0.0)] * 15)
-            initial[_TOUCH] = initial[_RELEASE] = T(float("nan"))
-            self.DeclareDiscreteState(BasicVector_[T](initial))
-            self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
-            self._declare_outputs()
-            self._declare_events()
-
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            plant = other.plant.ToScalarType[T]()
-            Impl._construct(self, other.model, other.at, plant, converter=converter)
-
-        # ---- forces and outputs
-
-        def _declare_outputs(self) -> None:
-            needs = {self._state.ticket(), self.xd_ticket()}
-            force = ExternallyAppliedSpatialForce_[T]
-            self._on_ball, self._on_string = force(), force()
-            self._on_ball.body_index = BodyIndex(self.at.ball)
-            self._on_ball.p_BoBq_B = np.array([T(0.0)] * 3)  # Drake leaves it unset
-            self._string_index = [BodyIndex(i) for i in self.at.strings]
-            self.DeclareAbstractOutputPort(
-                "spatial_forces",
-                lambda: AbstractValue.Make([force()]),
-                self._calc_spatial_forces,
-                prerequisites_of_calc=needs,
-            )
-            # before contact, the state names the next point, which is a parameter
-            all_needs = needs | {self.all_parameters_ticket()}
-            for name, size, calc in (
-                ("contact_state", 9, self._calc_contact_state),
-                ("stored_energy", 1, self._calc_stored_energy),
-                ("power", 6, self._calc_power),
-            ):
-                self.DeclareVectorOutputPort(name, size, calc, prerequisites_of_calc=all_needs)
-
-        def _motion(self, context: Any, point: int) -> Any:
-            """X_WS, X_WQ, V_WS, V_WQ as arrays, for the string mass of `point` and the ball.
-
-            From the state in a Context of this system's own: for two bodies that is less work
-            than the plant's ports, which hand all bodies over to Python.
-            """
-            scratch, mass, ball = self._scratch, self._strings[point - 1], self._ball
-            self.plant.SetPositionsAndVelocities(scratch, self._state.Eval(context))
-            return (
-                mass.EvalPoseInWorld(scratch).GetAsMatrix34(),
-                ball.EvalPoseInWorld(scratch).GetAsMatrix34(),
-                mass.EvalSpatialVelocityInWorld(scratch).get_coeffs(),
-                ball.EvalSpatialVelocityInWorld(scratch).get_coeffs(),
-            )
-
-        def _calc_spatial_forces(self, context: Any, output: Any) -> None:
-            state = context.get_discrete_state_vector().CopyToVector()
-            if state[_PHASE] != CONTACT:
-                output.set_value([])
-                return
-            point = round(_float(state[_POINT]))
-            on_ball, on_string = self._on_ball, self._on_string
-            motion = self._motion(context, point)
-            ball, string, p, _, _ = self._law(*motion, state[_CONSTANTS])
-            on_ball.F_Bq_W = spatial_force(ball)
-            on_string.F_Bq_W = spatial_force(string)
-            on_string.body_index = self._string_index[point - 1]
-            on_string.p_BoBq_B = p if state[_AT_BALL] > 0.5 else 0.0 * p
-            output.set_value([on_ball, on_string])
-
-        def _calc_contact_state(self, context: Any, output: Any) -> None:
-            state = context.get_discrete_state_vector().CopyToVector()
-            if state[_PHASE] == CONTACT:
-                point = round(_float(state[_POINT]))
-                motion = self._motion(context, point)
-                _, _, p, v, (fx, fy, normal, _) = self._law(*motion, state[_CONSTANTS])
-            else:
-                point, p, v = self._next_point(context)
-                fx = fy = normal = T(0.0)
-            output.SetFromVector(
-                np.array([state[_PHASE], T(point), -p[2], -v[2], normal, fx, fy, v[0], v[1]])
-            )
-
-        def _calc_stored_energy(self, context: Any, output: Any) -> None:
-            state = context.get_discrete_state_vector().CopyToVector()
-            output[0] = T(0.0)
-            if state[_PHASE] == CONTACT:
-                motion = self._motion(context, round(_float(state[_POINT])))
-                p, _ = relative_motion(*motion)
-                output[0] = 0.5 * state[_KB] * p[2] * p[2]
-
-        def _calc_power(self, context: Any, output: Any) -> None:
-            state = context.get_discrete_state_vector().CopyToVector()
-            if state[_PHASE] != CONTACT:
-                output.SetFromVector(np.array([T(0.0)] * 6))
-                return
-            motion = self._motion(context, round(_float(state[_POINT])))
-            on_ball, _, p, v, force = self._law(*motion, state[_CONSTANTS])
-            w = motion[2][:3] @ motion[0][:, :3]
-            lost_ball, lost_friction, couple = contact_powers(p, v, force, state[_CB], w)
-            if state[_AT_BALL] > 0.5:
-                couple = 0.0 * couple
-            output.SetFromVector(np.array([lost_ball, lost_friction, couple, *on_ball[3:]]))
-
-        # ---- touch, release, leaving
-
-        def _declare_events(self) -> None:
-            self.DeclareInitializationUnrestrictedUpdateEvent(self._update)
-            if self.discrete:
-                self.DeclarePerStepUnrestrictedUpdateEvent(self._update)
-                return
-            event = UnrestrictedUpdateEvent_[T](system_callback=_dispatch_update)
-            falling = WitnessFunctionDirection.kPositiveThenNonPositive
-            self._witnesses = {
-                FREE: self.MakeWitnessFunction("touch", falling, self._gap, event),
-                CONTACT: self.MakeWitnessFunction("release", falling, self._raw_normal, event),
-                PASSED: self.MakeWitnessFunction("leaving", falling, self._compression, event),
-            }
-
-        def DoGetWitnessFunctions(self, context: Any) -> list[Any]:
-            if self.discrete:
-                return []
-            return [self._witnesses[_float(context.get_discrete_state_vector()[_PHASE])]]
-
-        def _next_point(self, context: Any) -> Any:
-            """The point to be hit (given, or nearest now), with p and v of the ball about it."""
-            choices = context.get_numeric_parameter(self.CHOICES)
-            point = round(_float(choices[0]))
-            if point == 0:
-                p, _ = relative_motion(*self._motion(context, 5))
-                at = np.array([_float(p[0]), _float(p[1])])
-                point = 1 + int(np.argmin(np.sum((self.model.grid - at) ** 2, axis=1)))
-            return point, *relative_motion(*self._motion(context, point))
-
-        def _gap(self, context: Any) -> Any:
-            return self._next_point(context)[1][2]
-
-        def _compression(self, context: Any) -> Any:
-            return -self._gap(context)
-
-        def _raw_normal(self, context: Any) -> Any:
-            state = context.get_discrete_state_vector().CopyToVector()
-            motion = self._motion(context, round(_float(state[_POINT])))
-            return self._law(*motion, state[_CONSTANTS])[4][3]
-
-        def _update(self, context: Any, new: Any) -> EventStatus:
-            """Goes to the phase that the present state asks for."""
-            state = context.get_discrete_state_vector()
-            phase = _float(state[_PHASE])
-            changes = self._release(context, state) if phase == CONTACT else {}
-            if phase != CONTACT:
-                point, p, v = self._next_point(context)
-                gap = _float(p[2])
-                if phase == PASSED and gap >= 0.0:
-                    changes = {_PHASE: FREE}
-                elif phase == FREE and gap <= 0.0 and _float(v[2]) < 0.0 and self._inside(point, p):
-                    changes = self._touch(context, state, point, p, v)
-                elif phase == FREE and gap < 0.0:
-                    changes = {_PHASE: PASSED}
-            target = new.get_mutable_discrete_state().get_mutable_vector()
-            for index, number in changes.items():
-                target[index] = number if isinstance(number, T) else T(number)
-            return EventStatus.Succeeded() if changes else EventStatus.DidNothing()
-
-        def _inside(self, point: int, p: Any) -> bool:
-            x, y = self.model.grid[point - 1] + np.array([_float(p[0]), _float(p[1])])
-            a, b = self.model.rim
-            return bool((x / a) ** 2 + (y / b) ** 2 < 1.0)
-
-        def _touch(self, context: Any, state: Any, point: int, p: Any, v: Any) -> dict[int, Any]:
-            """First touch latches approach speed, kb and cb; each touch the other constants."""
-            friction, scales, choices = (
-                context.get_numeric_parameter(i).CopyToVector() for i in (1, 2, 3)
-            )
-            by_displacement = round(_float(choices[1]))
-            touches = round(_float(state[_TOUCHES]))
-            changes = {
-                _PHASE: CONTACT,
-                _POINT: point,
-                _MU: friction[point - 1],
-                _OFFSET_X: p[0],
-                _OFFSET_Y: p[1],
-                _SCALE: scales[by_displacement],
-                _BY_DISPLACEMENT: by_displacement,
-                _AT_BALL: choices[2],
-                _TOUCHES: touches + 1,
-            }
-            if touches == 0:
-                ball = context.get_numeric_parameter(self.BALL).CopyToVector()
-                low, high, kb, kb_growth, cb, cb_growth = ball
-                changes |= {
-                    _SPEED: -v[2],
-                    _KB: ball_constants(-v[2], low, high, kb, kb_growth),
-                    _CB: ball_constants(-v[2], low, high, cb, cb_growth),
-                    _TOUCH: context.get_time(),
-                }
-            return changes
-
-        def _release(self, context: Any, state: Any) -> dict[int, Any]:
-            if _float(self._raw_normal(context)) > 0.0:
-                return {}
-            p, _ = relative_motion(*self._motion(context, round(_float(state[_POINT]))))
-            return {
-                _PHASE: PASSED if _float(p[2]) < 0.0 else FREE,
-                _RELEASE: context.get_time(),
-                _GIVEN_UP: state[_GIVEN_UP] + 0.5 * state[_KB] * p[2] * p[2],
-            }
-
-    return Impl
-
-
-BallContact = BallContact_[float]
-
-
-@dataclass(frozen=True)
-class ContactRecord:
-    """What a BallContact has latched, as plain numbers; see its discrete state."""
-
-    phase: float
-    point: int
-    approach_speed: float
-    kb: float
-    cb: float
-    touch_time: float
-    release_time: float
-    energy_given_up: float
-    touches: int
-
-
-def contact_record(state: Any) -> ContactRecord:
-    """Reads the record from a BallContact's discrete state, an array of 15."""
-    s = [_float(x) for x in state]
-    return ContactRecord(
-        phase=s[_PHASE],
-        point=round(s[_POINT]),
-        approach_speed=s[_SPEED],
-        kb=s[_KB],
-        cb=s[_CB],
-        touch_time=s[_TOUCH],
-        release_time=s[_RELEASE],
-        energy_given_up=s[_GIVEN_UP],
-        touches=round(s[_TOUCHES]),
-    )
-
-
-def _dispatch_update(system: Any, context: Any, event: Any, state: Any) -> Any:
-    return system._update(context, state)
-
-
-def _float(x: Any) -> float:
-    """The value of a float or an AutoDiffXd."""
-    return float(x) if isinstance(x, (float, int)) else float(x.value())
+# compiled here, in the file of all that it calls: numba's cache watches one file
+COMPILED_CONTACT = compiled(contact_forces)

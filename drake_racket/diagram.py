@@ -22,15 +22,14 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder
 
 from drake_racket.ball import Ball
-from drake_racket.contact import (
-    FRICTION_READINGS,
-    REACTION_POINTS,
+from drake_racket.ball_contact import (
     BallContact,
     ContactBodies,
     ContactModel,
     ContactRecord,
     contact_record,
 )
+from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.errors import InputError
 from drake_racket.parameters import BallParameters, RacketParameters
 from drake_racket.racket import Racket, string_bed_model, string_coordinates
@@ -68,6 +67,7 @@ class Impact:
 
         Raises:
             InputError: the impact has no ball.
+
         """
         if self.contact is None:
             raise InputError("Impact.record", "an impact without a ball", "an impact with a ball")

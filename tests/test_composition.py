@@ -49,7 +49,7 @@ def test_two_rackets_in_one_plant_do_not_know_of_each_other():
     ]
     for racket, ball, pose, gap in zip(rackets, balls, poses, (0.01, 0.02), strict=True):
         plant.SetFreeBodyPose(context, racket.handle, pose)
-        at = np.array(racket.parameters.point(5)) + [0.0, 0.0, gap]
+        at = np.add(racket.parameters.point(5), [0.0, 0.0, gap])
         plant.SetFreeBodyPose(context, ball.body, RigidTransform(pose @ at))
         velocity = pose.rotation() @ np.array([0.0, 0.0, -25.0])
         plant.SetFreeBodySpatialVelocity(context, ball.body, SpatialVelocity(np.zeros(3), velocity))
@@ -98,7 +98,7 @@ def test_a_racket_welded_to_the_users_own_arm_with_controller():
     root = simulator.get_mutable_context()
     context = plant.GetMyMutableContextFromRoot(root)
     gsc = racket.frame("gsc").CalcPoseInWorld(context).translation()
-    plant.SetFreeBodyPose(context, ball.body, RigidTransform(gsc + [0.0, 0.0, 0.01]))
+    plant.SetFreeBodyPose(context, ball.body, RigidTransform(np.add(gsc, [0.0, 0.0, 0.01])))
     velocity = SpatialVelocity([0.0, 0.0, 0.0], [0.0, 0.0, -30.0])
     plant.SetFreeBodySpatialVelocity(context, ball.body, velocity)
     simulator.AdvanceTo(0.01)

@@ -126,7 +126,7 @@ def test_free_rebound_equals_the_oracle(point):
 
 
 def _without_friction(system, scenario):
-    """The ball's velocity after the run, with mu = 0 set in the Context, as a user's study would."""
+    """The ball's velocity after a run with mu = 0, set in the Context as a study would."""
     from pydrake.systems.analysis import Simulator
 
     from drake_racket import BallContact, configure_integrator
