@@ -20,7 +20,12 @@ def compiled(law: Callable[..., Any]) -> Callable[..., Any]:
 
     The cache knows of changes in the law's own file only: keep what it calls beside it.
     """
-    return law if numba is None else numba.njit(cache=True)(law)
+    if numba is None:
+        return law
+    try:
+        return numba.njit(cache=True)(law)
+    except RuntimeError:  # no directory that the cache may be written to
+        return numba.njit(law)
 
 
 def compilable(law: Callable[..., Any]) -> Callable[..., Any]:

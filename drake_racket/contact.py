@@ -121,6 +121,7 @@ def contact_forces(x_s: Any, x_q: Any, v_s: Any, v_q: Any, constants: Any) -> An
     Returns:
         F_Q_W (6,) on the ball; F_S_W (6,) on the string mass; p_SQ_B, v_SQ_B (3,); and the four
         results of `contact_law`.
+
     """
     p, v = relative_motion(x_s, x_q, v_s, v_q)
     fx, fy, fz, raw = contact_law(p, v, constants)
