@@ -22,10 +22,12 @@ def compiled(law: Callable[..., Any]) -> Callable[..., Any]:
     """
     if numba is None:
         return law
+    machine_code: Callable[..., Any]
     try:
-        return numba.njit(cache=True)(law)
+        machine_code = numba.njit(cache=True)(law)
     except RuntimeError:  # no directory that the cache may be written to
-        return numba.njit(law)
+        machine_code = numba.njit(law)
+    return machine_code
 
 
 def compilable(law: Callable[..., Any]) -> Callable[..., Any]:

@@ -240,6 +240,9 @@ def StringBed_(T: Any) -> Any:
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(self, other.model, other.at, converter=converter)
 
+        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+            """No continuous state. Stated because Drake 1.58 takes 4 us to find no override."""
+
         def _calc_springs(self, context: Any, value: Any) -> None:
             """Resolves the named parameters into the (4, 24) constants of the law."""
             k, p, t0, c, length0 = (
