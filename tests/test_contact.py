@@ -108,8 +108,9 @@ def test_auto_takes_the_nearest_point(point):
     assert record.point == point
 
 
-def test_a_ball_outside_the_rim_goes_past():
-    phases, record = run([0.0, 0.2, 0.01], [0.0, 0.0, -25.0], 0.005)
+@pytest.mark.parametrize("place", [(0.0, 0.2), (0.125, 0.1), (-0.17, 0.0)])
+def test_a_ball_outside_the_rim_goes_past(place):
+    phases, record = run([*place, 0.01], [0.0, 0.0, -25.0], 0.005)
     assert phases == [FREE, PASSED]
     assert record.touches == 0
 
