@@ -1,11 +1,12 @@
 # make impact   one real tennis impact, with numbers, a log and a plot in impact_out/
 # make test     the tests
+# make check  format, lint and types      make sdf   the models under sdf/, from the parameters
 # Each makes .venv if needed and installs the project there. PYTHON=python3.12 takes another Python.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: impact test check clean
+.PHONY: impact test check sdf clean
 
 impact: $(VENV)/.installed-fast
 	$(BIN)/drake-racket impact --out impact_out
@@ -17,6 +18,9 @@ check: $(VENV)/.installed-test
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+sdf: $(VENV)/.installed-test
+	$(BIN)/python -c 'from drake_racket.sdf_writer import write_shipped_models as w; w()'
 
 # ensures the virtual environment, then installs one extra into it
 $(VENV)/.installed-%: pyproject.toml

@@ -111,7 +111,7 @@ def impact(
     scenario = Scenario() if scenario_file is None else load_scenario(scenario_file)
     changes: dict[str, Any] = {k: v for k, v in given.items() if v is not None}
     scenario = dataclasses.replace(scenario, **changes)
-    check_scenario(scenario, "scenario" if scenario_file is None else str(scenario_file))
+    check_scenario(scenario)
     _check_out(out)
     result = simulate(scenario)
     written = [] if out is None else _write(result, out)

@@ -28,6 +28,8 @@ from drake_racket.strings import (
     spring_formula,
 )
 
+FRAMES = ("butt", "grip", "accelerometer", "throat", "gsc", "tip")
+
 
 @dataclass(frozen=True)
 class Racket:
@@ -54,7 +56,14 @@ class Racket:
     bushing: LinearBushingRollPitchYaw
 
     def frame(self, name: str) -> Frame:
-        """One of the named frames: butt, grip, accelerometer, throat, gsc, tip."""
+        """One of the named frames: butt, grip, accelerometer, throat, gsc, tip.
+
+        Raises:
+            InputError: another name.
+
+        """
+        if name not in FRAMES:
+            raise InputError("Racket.frame: name", name, ", ".join(FRAMES))
         return self.plant.GetFrameByName(name, self.model_instance)
 
     def bodies(self) -> list[RigidBody]:
@@ -104,9 +113,6 @@ def add_racket(
     if parent is not None:
         plant.WeldFrames(parent, racket.frame(held_at), X_PF or RigidTransform())
     return racket
-
-
-FRAMES = ("butt", "grip", "accelerometer", "throat", "gsc", "tip")
 
 
 def find_racket(

@@ -156,6 +156,7 @@ def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
         InputError: naming the key, the value and what is allowed.
 
     """
+    _check_types(scenario, where)
     for key, choices in _CHOICES.items():
         value = getattr(scenario, key)
         if value not in choices:
@@ -174,11 +175,27 @@ def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
     _check_aim(scenario, racket, where)
 
 
+def _check_types(scenario: Scenario, where: str) -> None:
+    """YAML is typed as it is read; this is for scenarios that Python code has built."""
+    kinds = (
+        (str, "a text", ("racket", "ball", *_CHOICES)),
+        (list, "a list", ("gravity",)),
+        (bool, "true or false", ("audit",)),
+        (IntegratorSettings, "IntegratorSettings", ("integrator",)),
+    )
+    for kind, text, keys in kinds:
+        for key in keys:
+            if not isinstance(getattr(scenario, key), kind):
+                raise InputError(f"{where}: {key}", getattr(scenario, key), text)
+
+
 def _check_integrator(settings: IntegratorSettings, where: str) -> None:
     if settings.scheme not in SCHEMES:
         raise InputError(f"{where}.scheme", settings.scheme, ", ".join(SCHEMES))
     _check_range(settings.accuracy, 1e-12, 0.1, "1", f"{where}.accuracy")
     _check_range(settings.maximum_step, 1e-7, 2e-4, "s", f"{where}.maximum_step")
+    if not isinstance(settings.error_control, bool):
+        raise InputError(f"{where}.error_control", settings.error_control, "true or false")
 
 
 def _check_range(value: object, least: float, most: float, unit: str, key: str) -> None:

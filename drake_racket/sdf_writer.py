@@ -1,7 +1,7 @@
 """SDF of a racket and of a ball, written from their parameter files.
 
-The files under sdf/ are this module's output for the shipped parameters (`python -m
-drake_racket.sdf_writer` writes them again; a test compares), and `add_racket` parses the same
+The files under sdf/ are this module's output for the shipped parameters (`make sdf` writes them
+again; a test compares), and `add_racket` parses the same
 text, so that the numbers in SDF and YAML are one.
 """
 
@@ -163,11 +163,7 @@ def shipped_models() -> dict[str, str]:
     return models
 
 
-def main() -> None:
+def write_shipped_models() -> None:
     """Writes the shipped models."""
     for name, text in shipped_models().items():
         (sdf_directory() / name).write_text(text, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

@@ -277,3 +277,12 @@ def test_restitution_is_realistic_and_falls_with_speed():
         for v in (18.0, 33.0)
     )
     assert slow > fast
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"gravity": 5}, {"racket": 5}, {"integrator": None}, {"audit": "yes"}, {"speed": "fast"}],
+)
+def test_wrong_types_in_python_are_input_errors(changes):
+    with pytest.raises(InputError, match=next(iter(changes))):
+        simulate(Scenario(**changes))
