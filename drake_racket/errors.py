@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
+
 
 class InputError(ValueError):
     """A value from outside that cannot be used.
@@ -18,7 +20,9 @@ class InputError(ValueError):
 
 
 def _shown(value: object, limit: int = 80) -> str:
-    """`value` as Python shows it, on one line."""
+    """`value` as Python shows it, on one line; a path whole, since its end tells most."""
+    if isinstance(value, PurePath):
+        return one_line(repr(str(value)))
     try:
         text = repr(value)
     except ValueError:  # an int beyond sys.get_int_max_str_digits()

@@ -47,13 +47,13 @@ def _read(path: Path) -> str:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a name with NUL or a lone surrogate
         reason = getattr(error, "strerror", None) or "not a file's name"
-        raise InputError("file", str(path), f"a readable YAML file ({reason})") from None
+        raise InputError("file", path, f"a readable YAML file ({reason})") from None
     if len(data) > MAX_BYTES:
         raise InputError(str(path), "a larger file", f"at most {MAX_BYTES} bytes")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:
-        raise InputError("file", str(path), "a readable YAML file (not UTF-8 text)") from None
+        raise InputError("file", path, "a readable YAML file (not UTF-8 text)") from None
 
 
 def load_text(text: str, schema: type[T], *, where: str, complete: bool) -> T:

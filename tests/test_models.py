@@ -63,7 +63,7 @@ def test_the_committed_files_are_what_the_writer_writes():
 
 def test_the_writer_writes_those_files(tmp_path, monkeypatch):
     monkeypatch.setattr(sdf_writer, "sdf_directory", lambda: tmp_path)
-    sdf_writer.main()
+    sdf_writer.write_shipped_models()
     written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     expected = {name: text.encode() for name, text in sdf_writer.shipped_models().items()}
     assert written == expected
