@@ -26,6 +26,7 @@ from drake_racket.result import ImpactResult
 from drake_racket.scenario import IntegratorSettings, Scenario, load_scenario
 from drake_racket.simulate import SimulationError, configure_integrator, simulate
 from drake_racket.strings import StringBed, StringBed_
+from drake_racket.supports import add_supported_racket
 
 __all__ = [
     "Ball",
@@ -52,6 +53,7 @@ __all__ = [
     "add_energy_meter",
     "add_impact",
     "add_racket",
+    "add_supported_racket",
     "add_to_package_map",
     "balance",
     "configure_integrator",
