@@ -22,6 +22,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.contact import (
     COMPILED_CONTACT,
+    COMPILED_MOTION,
     CONTACT,
     FREE,
     PASSED,
@@ -134,6 +135,7 @@ def BallContact_(T: Any) -> Any:
             self._ball = plant.get_body(BodyIndex(at.ball))
             self._strings = [plant.get_body(BodyIndex(i)) for i in at.strings]
             self._law: Any = COMPILED_CONTACT if T is float else contact_forces
+            self._relative: Any = COMPILED_MOTION if T is float else relative_motion
             choices = (model.point, model.by_displacement, model.reaction_at_ball)
             for values in (model.ball, model.friction, model.scales, choices):
                 self.DeclareNumericParameter(
@@ -162,6 +164,7 @@ def BallContact_(T: Any) -> Any:
             self._on_ball.body_index = BodyIndex(self.at.ball)
             self._on_ball.p_BoBq_B = np.array([T(0.0)] * 3)  # Drake leaves it unset
             self._string_index = [BodyIndex(i) for i in self.at.strings]
+            self._no_power = np.array([T(0.0)] * 6)
             self.DeclareAbstractOutputPort(
                 "spatial_forces",
                 lambda: AbstractValue.Make([force()]),
@@ -225,13 +228,13 @@ def BallContact_(T: Any) -> Any:
             output[0] = T(0.0)
             if state[_PHASE] == CONTACT:
                 motion = self._motion(context, round(_float(state[_POINT])))
-                p, _ = relative_motion(*motion)
+                p, _ = self._relative(*motion)
                 output[0] = 0.5 * state[_KB] * p[2] * p[2]
 
         def _calc_power(self, context: Any, output: Any) -> None:
             state = context.get_discrete_state_vector().CopyToVector()
             if state[_PHASE] != CONTACT:
-                output.SetFromVector(np.array([T(0.0)] * 6))
+                output.SetFromVector(self._no_power)
                 return
             motion = self._motion(context, round(_float(state[_POINT])))
             on_ball, _, p, v, force = self._law(*motion, state[_CONSTANTS])
@@ -266,10 +269,10 @@ def BallContact_(T: Any) -> Any:
             choices = context.get_numeric_parameter(self.CHOICES)
             point = round(_float(choices[0]))
             if point == 0:
-                p, _ = relative_motion(*self._motion(context, 5))
+                p, _ = self._relative(*self._motion(context, 5))
                 at = np.array([_float(p[0]), _float(p[1])])
                 point = 1 + int(np.argmin(np.sum((self.model.grid - at) ** 2, axis=1)))
-            return point, *relative_motion(*self._motion(context, point))
+            return point, *self._relative(*self._motion(context, point))
 
         def _gap(self, context: Any) -> Any:
             return self._next_point(context)[1][2]
@@ -338,7 +341,7 @@ def BallContact_(T: Any) -> Any:
         def _release(self, context: Any, state: Any) -> dict[int, Any]:
             if _float(self._raw_normal(context)) > 0.0:
                 return {}
-            p, _ = relative_motion(*self._motion(context, round(_float(state[_POINT]))))
+            p, _ = self._relative(*self._motion(context, round(_float(state[_POINT]))))
             return {
                 _PHASE: PASSED if _float(p[2]) < 0.0 else FREE,
                 _RELEASE: context.get_time(),

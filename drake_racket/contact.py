@@ -140,3 +140,4 @@ def contact_forces(x_s: Any, x_q: Any, v_s: Any, v_q: Any, constants: Any) -> An
 
 # compiled here, in the file of all that it calls: numba's cache watches one file
 COMPILED_CONTACT = compiled(contact_forces)
+COMPILED_MOTION = compiled(relative_motion)

@@ -51,6 +51,7 @@ def EnergyMeter_(T: Any) -> Any:
             self._power = self.DeclareVectorInputPort("power", 6)
             self._plant_state = self.DeclareVectorInputPort("state", num_states)
             self._strings = self.DeclareVectorInputPort("string_energy", 2)
+            self._rates = np.array([T(0.0)] * 8)
             index = self.DeclareContinuousState(8)
             self.DeclareStateOutputPort("totals", index)
 
@@ -58,13 +59,14 @@ def EnergyMeter_(T: Any) -> Any:
             Impl._construct(self, other.num_states, other.rates, converter=converter)
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
-            power = self._power.Eval(context)
             state = self._plant_state.Eval(context)
             in_plane, out_of_plane, damped = context.get_numeric_parameter(0).CopyToVector()
             rate_z, rate_y = state[self.rates[0]], state[self.rates[1]]
-            joint = in_plane * rate_z * rate_z + out_of_plane * rate_y * rate_y
-            strings = self._strings.Eval(context)[1] if damped > 0.5 else T(0.0)
-            derivatives.get_mutable_vector().SetFromVector(np.array([*power, joint, strings]))
+            rates = self._rates
+            rates[:LOST_JOINT] = self._power.Eval(context)
+            rates[LOST_JOINT] = in_plane * rate_z * rate_z + out_of_plane * rate_y * rate_y
+            rates[LOST_STRINGS] = self._strings.Eval(context)[1] if damped > 0.5 else T(0.0)
+            derivatives.get_mutable_vector().SetFromVector(rates)
 
     return Impl
 
