@@ -5,8 +5,8 @@ equations in the axes of the head. The twenty speeds are
 
     u = (w, v, tz', ty'; z'_1..z'_9; v_Q),
 
-w and v being the angular velocity of the head B and the velocity of the throat joint T, in B. With
-l = (0, 0, n) a string mass at r_i = (x_i, y_i, z_i) from T, the z-row of its own equation,
+w and v being the angular velocity of the head B and the velocity of the throat joint T, in B. For a
+string mass at r_i = (x_i, y_i, z_i) from T, the z-row of its own equation,
 
     m (z_i'' + e_z . a_i) = s_i - f_i,    a_i = v' + w' x r_i + bias,
 
@@ -50,8 +50,7 @@ class NumpyImpact:
         self.touching = True
         self.evaluations = 0
         x, y = n.points.T
-        self.slack = n.spring_k * n.lengths  # k L0 - T0: tension is k L - this
-        self.slack -= n.initial_tension
+        self.slack = n.spring_k * n.lengths - n.initial_tension  # tension is k L - slack
         self.lengths2 = n.lengths * n.lengths
         # constant rows: head (angular, linear at its centre of mass), string masses (x, then y)
         self.jacobian = jacobian = np.zeros((30, 8))

@@ -196,6 +196,10 @@ def _check_integrator(settings: IntegratorSettings, where: str) -> None:
     _check_range(settings.maximum_step, 1e-7, 2e-4, "s", f"{where}.maximum_step")
     if not isinstance(settings.error_control, bool):
         raise InputError(f"{where}.error_control", settings.error_control, "true or false")
+    if settings.scheme == "runge_kutta2" and settings.error_control:
+        raise InputError(
+            f"{where}.error_control", True, "false with runge_kutta2, which estimates no error"
+        )
 
 
 def _check_range(value: object, least: float, most: float, unit: str, key: str) -> None:

@@ -612,6 +612,9 @@ valid_values: dict[str, st.SearchStrategy[Any]] = {
             "error_control": st.booleans(),
             **{key: within(*limits) for key, limits in INTEGRATOR_RANGES.items()},
         },
+    ).filter(
+        # runge_kutta2 has no error estimate
+        lambda i: i.get("scheme") != "runge_kutta2" or not i.get("error_control", True)
     ),
 }
 valid_scenarios = st.fixed_dictionaries({}, optional=valid_values)

@@ -286,3 +286,9 @@ def test_restitution_is_realistic_and_falls_with_speed():
 def test_wrong_types_in_python_are_input_errors(changes):
     with pytest.raises(InputError, match=next(iter(changes))):
         simulate(Scenario(**changes))
+
+
+def test_a_scheme_without_error_estimate_needs_fixed_steps():
+    settings = IntegratorSettings("runge_kutta2")
+    with pytest.raises(InputError, match="error_control"):
+        simulate(Scenario(integrator=settings))
