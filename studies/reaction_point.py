@@ -31,29 +31,29 @@ for speed, incidence in ((25.0, 0.0), (31.0, 17.0)):
             for r in ("ball", "string_mass")
         )
         assert string_mass.balance is not None
-        energy = 0.5 * 0.059 * speed**2
+        energy = 0.5 * dr.load_ball().mass.value * speed**2
         rows.append(
             {
                 "speed [m/s]": speed,
                 "incidence [deg]": incidence,
                 "point": point,
-                "restitution, ball": ball.apparent_restitution,
-                "restitution, string mass": string_mass.apparent_restitution,
-                "angle, ball [deg]": np.degrees(ball.rebound_angle),
-                "angle, string mass [deg]": np.degrees(string_mass.rebound_angle),
+                "restitution at ball": ball.apparent_restitution,
+                "restitution at string mass": string_mass.apparent_restitution,
+                "angle at ball [deg]": np.degrees(ball.rebound_angle),
+                "angle at string mass [deg]": np.degrees(string_mass.rebound_angle),
                 "couple work [J]": string_mass.balance.couple,
                 "couple work / initial energy": string_mass.balance.couple / energy,
-                "angular momentum error, ball": ball.angular_momentum_error,
-                "angular momentum error, string mass": string_mass.angular_momentum_error,
+                "angular momentum error at ball": ball.angular_momentum_error,
+                "angular momentum error at string mass": string_mass.angular_momentum_error,
             }
         )
         row = rows[-1]
         print(
             f"{speed:g} m/s {incidence:4.0f} deg  point {point}:  restitution"
-            f" {row['restitution, ball']:.3f} at the ball,"
-            f" {row['restitution, string mass']:.3f} at the string mass;"
+            f" {row['restitution at ball']:.3f} at the ball,"
+            f" {row['restitution at string mass']:.3f} at the string mass;"
             f"  the couple adds {100 * row['couple work / initial energy']:+.2f} % energy,"
-            f" {100 * row['angular momentum error, string mass']:.2f} % angular momentum"
+            f" {100 * row['angular momentum error at string mass']:.2f} % angular momentum"
         )
 arguments.out.mkdir(parents=True, exist_ok=True)
 path = arguments.out / "reaction_point.csv"

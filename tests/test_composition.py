@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import subprocess
 import sys
 from pathlib import Path
@@ -180,3 +181,16 @@ def test_first_impact_study(tmp_path):
     assert f"rebound {rebound:.2f} m/s" in done.stdout
     table = np.loadtxt(out / "contact.csv", delimiter=",", skiprows=1)
     assert table[:, 2].max() == pytest.approx(885.0, rel=0.01)
+
+
+def test_reaction_point_study(tmp_path):
+    out = tmp_path / "study"
+    command = [sys.executable, str(STUDIES / "reaction_point.py"), "--out", str(out)]
+    done = subprocess.run(
+        [*command, "--points", "4"], capture_output=True, text=True, check=True, cwd=tmp_path
+    )
+    assert done.stdout.count("point 4") == 2  # normal and oblique
+    with (out / "reaction_point.csv").open(newline="") as file:
+        _, oblique = csv.DictReader(file)
+    assert float(oblique["angular momentum error at ball"]) < 1e-6
+    assert float(oblique["angular momentum error at string mass"]) > 1e-3

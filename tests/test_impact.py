@@ -181,7 +181,11 @@ def test_another_topology_needs_another_diagram():
 
 
 def test_a_discrete_plant_agrees():
-    """First order in its 1e-5 s step: 0.1 % of the approach speed at every kind of point."""
+    """First order in its 1e-5 s step: 0.1 % of the approach speed at every kind of point.
+
+    Of the rebound speed, that is 0.1 % at the free racket's points 5 and 8 only: elsewhere
+    the free rebound is slow, and the error reaches 0.26 % of it.
+    """
     for point in (5, 8, 4, 1):
         base = Scenario(point=point, after=0.006)
         continuous = simulate(base, history=False)
