@@ -11,7 +11,7 @@ from drake_racket.describe import RacketProperties, frame_fundamentals, racket_p
 from drake_racket.diagram import Impact, add_contact, add_impact, connect_forces
 from drake_racket.energy import EnergyMeter, EnergyMeter_, add_energy_meter, balance
 from drake_racket.errors import InputError
-from drake_racket.history import write_csv, write_netcdf
+from drake_racket.files import write_csv, write_figure, write_netcdf, write_table
 from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.models import add_to_package_map, sdf_directory
 from drake_racket.parameters import (
@@ -20,7 +20,7 @@ from drake_racket.parameters import (
     load_ball,
     load_racket,
 )
-from drake_racket.plots import impact_figure, write_figure
+from drake_racket.plots import impact_figure
 from drake_racket.racket import Racket, add_racket, find_racket
 from drake_racket.result import ImpactResult
 from drake_racket.scenario import IntegratorSettings, Scenario, load_scenario
@@ -71,4 +71,5 @@ __all__ = [
     "write_csv",
     "write_figure",
     "write_netcdf",
+    "write_table",
 ]

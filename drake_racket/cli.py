@@ -136,8 +136,8 @@ def _check_out(out: Path | None) -> None:
 
 
 def _write(result: ImpactResult, out: Path) -> list[Path]:
-    from drake_racket.history import replace_file, write_csv, write_netcdf
-    from drake_racket.plots import impact_figure, write_figure
+    from drake_racket.files import write_csv, write_figure, write_netcdf, write_text
+    from drake_racket.plots import impact_figure
 
     history = result.history
     assert history is not None
@@ -148,7 +148,7 @@ def _write(result: ImpactResult, out: Path) -> list[Path]:
         write_csv(history, paths[1])
         write_figure(impact_figure(history), paths[2])
         text = json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n"
-        replace_file(paths[3], lambda temporary: temporary.write_text(text, encoding="utf-8"))
+        write_text(text, paths[3])
     except OSError as error:
         raise _out_error(out, error) from None
     return paths

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
+from collections.abc import Iterator
 from pathlib import PurePath
 
 
@@ -34,3 +37,13 @@ def one_line(text: str, limit: int = 500) -> str:
     """`text` without line breaks or control characters, shortened to `limit` characters."""
     text = "".join(c if c.isprintable() else " " for c in text)
     return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+@contextlib.contextmanager
+def one_line_errors(program: str) -> Iterator[None]:
+    """For the main block of a script: an InputError becomes one line and exit status 2."""
+    try:
+        yield
+    except InputError as error:
+        print(f"{program}: {one_line(str(error))}", file=sys.stderr)
+        sys.exit(2)

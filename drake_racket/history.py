@@ -1,13 +1,11 @@
-"""The labelled time history of a run: names, units, frames; NetCDF and CSV; no visualizer."""
+"""The labelled time history of a run: names, units, frames; no visualizer. `files` writes it."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -172,38 +170,3 @@ def _attributes(run: Run) -> dict[str, Any]:
         "drake_version": version("drake"),
         "source": "Glynn, King & Mitchell (2011), doi:10.1007/s12283-010-0056-x",
     }
-
-
-def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
-    """Writes a history as NetCDF 4, whole or not at all."""
-    replace_file(path, lambda temporary: dataset.to_netcdf(temporary, engine="h5netcdf"))
-
-
-def write_csv(dataset: xarray.Dataset, path: Path) -> None:
-    """Writes a history as CSV, whole or not at all; columns `name [unit]` or `name_part [unit]`."""
-    columns: dict[str, NDArray[np.float64]] = {"time [s]": dataset["time"].to_numpy()}
-    for name, variable in dataset.data_vars.items():
-        units = variable.attrs["units"]
-        if variable.ndim == 1:
-            columns[f"{name} [{units}]"] = variable.to_numpy()
-            continue
-        for label in dataset[variable.dims[1]].to_numpy():
-            part = variable.sel({variable.dims[1]: label})
-            columns[f"{name}_{label} [{units}]"] = part.to_numpy()
-    header = ",".join(columns)
-    table = np.column_stack(list(columns.values()))
-
-    def write(temporary: Path) -> None:
-        np.savetxt(temporary, table, delimiter=",", header=header, comments="", fmt="%.12g")
-
-    replace_file(path, write)
-
-
-def replace_file(path: Path, write: Callable[[Path], Any]) -> None:
-    """Writes to a temporary name beside `path`, then renames."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        write(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)

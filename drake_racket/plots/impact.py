@@ -1,9 +1,7 @@
-"""Pictures, made from a history alone."""
+"""One impact, from its history alone."""
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +10,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-# Okabe & Ito's palette: told apart by colour-blind readers and, by lightness, in print
-_BLUE, _VERMILION, _GREEN, _PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+from drake_racket.plots.style import BLUE, GREEN, VERMILION
 
 
 def impact_figure(history: xarray.Dataset) -> Figure:
@@ -27,8 +24,8 @@ def impact_figure(history: xarray.Dataset) -> Figure:
     # the first row is about the contact, the second about the ringing after it
     near = (time >= contact[0] - 1.0) & (time <= contact[1] + 3.0)
 
-    force.plot(time[near], history["normal_force"][near], color=_BLUE, label="normal")
-    for part, colour in (("x", _VERMILION), ("y", _GREEN)):
+    force.plot(time[near], history["normal_force"][near], color=BLUE, label="normal")
+    for part, colour in (("x", VERMILION), ("y", GREEN)):
         friction = history[f"friction_{part}"]
         if float(np.abs(friction).max()) > 0.01 * float(history["normal_force"].max()):
             force.plot(time[near], friction[near], color=colour, ls="--", label=f"friction, {part}")
@@ -38,8 +35,8 @@ def impact_figure(history: xarray.Dataset) -> Figure:
     height = _height_over_head(history)
     point = int(history["contact_point"].to_numpy()[_middle(history)])
     string = history["string_deflection"].sel(point=point).to_numpy()
-    motion.plot(time[near], 1e3 * height[near], color=_VERMILION, label="ball")
-    motion.plot(time[near], 1e3 * string[near], color=_BLUE, label=f"string mass at point {point}")
+    motion.plot(time[near], 1e3 * height[near], color=VERMILION, label="ball")
+    motion.plot(time[near], 1e3 * string[near], color=BLUE, label=f"string mass at point {point}")
     lowest = 1e3 * float(min(height[near].min(), string[near].min()))
     motion.set(
         ylabel="height over the string plane (mm)",
@@ -48,14 +45,14 @@ def impact_figure(history: xarray.Dataset) -> Figure:
     )
     motion.legend(frameon=False)
 
-    for name, colour, style in (("out_of_plane", _BLUE, "-"), ("in_plane", _VERMILION, "--")):
+    for name, colour, style in (("out_of_plane", BLUE, "-"), ("in_plane", VERMILION, "--")):
         angle = np.degrees(history[f"{name}_angle"].to_numpy())
         joint.plot(time, angle, color=colour, ls=style, label=name.replace("_", " "))
     joint.set(ylabel="angle (deg)", title="Bending at the throat joint")
     joint.legend(frameon=False)
 
     acceleration = history["handle_acceleration"]
-    styles = (("x", _GREEN, ":"), ("y", _VERMILION, "--"), ("z", _BLUE, "-"))
+    styles = (("x", GREEN, ":"), ("y", VERMILION, "--"), ("z", BLUE, "-"))
     for axis, colour, style in styles:
         handle.plot(time, acceleration.sel(axis=axis), color=colour, ls=style, label=axis)
     handle.set(ylabel="acceleration (m/s²)", title="Mid-handle acceleration, handle axes")
@@ -67,16 +64,6 @@ def impact_figure(history: xarray.Dataset) -> Figure:
         axes.spines[["top", "right"]].set_visible(False)
     figure.suptitle(history.attrs["title"] + " (shaded: in contact)")
     return figure
-
-
-def write_figure(figure: Any, path: Path) -> None:
-    """Writes a figure, whole or not at all; the suffix of `path` gives the format."""
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
-    try:
-        figure.savefig(temporary, dpi=150)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _contact_window(history: xarray.Dataset) -> tuple[float, float]:

@@ -1,0 +1,60 @@
+"""What the figures share: colours, axes, and the racket's outline."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drake_racket.parameters import RacketParameters
+
+# Okabe & Ito's palette: told apart by colour-blind readers and, by lightness, in print
+BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+ORANGE, SKY, GREY = "#E69F00", "#56B4E9", "0.45"
+RACKET_COLOURS = {"tour": BLUE, "recreational": VERMILION}
+BED_STYLES = {
+    ("tour", "low"): (BLUE, "-"),
+    ("tour", "high"): (BLUE, "--"),
+    ("recreational", "low"): (VERMILION, "-"),
+    ("recreational", "high"): (VERMILION, "--"),
+}
+
+GRIP_HALF_WIDTH = 0.016  # m, drawn only
+
+
+def tidy(axes: Any) -> None:
+    """Takes the frame's top and right side away."""
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def new_figure(width: float, height: float) -> Any:
+    """A figure (inches) that needs no display."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def draw_outline(axes: Any, racket: RacketParameters, *, along_x: bool = True) -> None:
+    """Draws rim, throat and handle in the string plane, in mm.
+
+    The rim is the model's ellipse about the string-bed centre; throat and handle are a sketch.
+
+    Args:
+        along_x: the racket lies along the axes' x (butt at 0); False: it stands, tip up, seen
+            from +z, so that +y is on the left and points 1 2 3 read from left to right.
+
+    """
+    bed, length = racket.string_bed, racket.handle.length.value
+    a, b, centre = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value, length + bed.gsc.value
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)
+    rim = np.stack([centre + a * np.cos(angle), b * np.sin(angle)])
+    width, shaft = GRIP_HALF_WIDTH, length - 0.02
+    at = np.radians(140.0)
+    joins = centre + a * np.cos(at), b * np.sin(at)
+    handle = np.array([[shaft, 0.0, 0.0, shaft], [width, width, -width, -width]])
+    lines = [rim, handle]
+    lines += [np.array([[shaft, joins[0]], [s * width, s * joins[1]]]) for s in (1, -1)]
+    for x, y in lines:
+        horizontal, vertical = (x, y) if along_x else (-y, x)
+        axes.plot(1e3 * horizontal, 1e3 * vertical, color="0.6", lw=1.2, zorder=1)
+    axes.set_aspect("equal")
