@@ -84,6 +84,8 @@ class ContactModel:
     _TOUCHES,
 ) = range(15)
 _CONSTANTS = slice(_KB, _AT_BALL)  # the seven constants of contact_law, in its order
+# on a discrete plant only: see the system's docstring
+_WEIGHT, _RATE, _LEAD, _SEEN = 15, slice(16, 19), slice(19, 22), 22
 
 
 @TemplateSystem.define("BallContact_")
@@ -120,6 +122,14 @@ def BallContact_(T: Any) -> Any:
             number of touches.
         Events: touch, release and leaving are witness functions on a continuous plant, and checked
             at the start of every step on a discrete one. A run may start at touch.
+        Discrete plant: its steps of h leave the velocities half a step behind the positions, and
+            see a touch up to h late. The contact makes up for both, and is of second order: it
+            takes its relative velocity forward by half of the last step's change, and the first
+            force, which acts from the touch (x / x' ago) to the middle of the next step, counts
+            1/2 + x / (x' h) times. Eight more discrete states hold that weight, the relative
+            velocity as seen and what is added to it (m/s, in the head), and the time of both. The
+            plant may take its step before or together with this system's update (that differs
+            between its settings): outputs look at the state as the update of the instant leaves it.
         Equations: `contact`. Source: Glynn et al. 2011.
         """
 
@@ -141,8 +151,10 @@ def BallContact_(T: Any) -> Any:
                 self.DeclareNumericParameter(
                     BasicVector_[T](np.array([T(float(x)) for x in values]))
                 )
-            initial = np.array([T(0.0)] * 15)
+            initial = np.array([T(0.0)] * (23 if self.discrete else 15))
             initial[_TOUCH] = initial[_RELEASE] = T(float("nan"))
+            if self.discrete:
+                initial[_SEEN] = T(float("nan"))
             self.DeclareDiscreteState(BasicVector_[T](initial))
             self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
             self._declare_outputs()
@@ -159,6 +171,8 @@ def BallContact_(T: Any) -> Any:
 
         def _declare_outputs(self) -> None:
             needs = {self._state.ticket(), self.xd_ticket()}
+            if self.discrete:
+                needs |= {self.time_ticket(), self.all_parameters_ticket()}
             force = ExternallyAppliedSpatialForce_[T]
             self._on_ball, self._on_string = force(), force()
             self._on_ball.body_index = BodyIndex(self.at.ball)
@@ -195,15 +209,35 @@ def BallContact_(T: Any) -> Any:
                 ball.EvalSpatialVelocityInWorld(scratch).get_coeffs(),
             )
 
-        def _calc_spatial_forces(self, context: Any, output: Any) -> None:
+        def _contact_motion(self, context: Any, state: Any) -> Any:
+            """The motion of `_motion` while in contact; on a discrete plant, brought up to time."""
+            motion = self._motion(context, round(_float(state[_POINT])))
+            return self._led(motion, state[_LEAD]) if self.discrete else motion
+
+        def _led(self, motion: Any, lead: Any) -> Any:
+            """`motion` with `lead` (m/s, in the head) added to the ball's velocity."""
+            x_s, x_q, v_s, v_q = motion
+            return x_s, x_q, v_s, v_q + np.concatenate([0.0 * lead, x_s[:, :3] @ lead])
+
+        def _latched(self, context: Any) -> Any:
+            """The discrete state; on a discrete plant, as the update of this instant leaves it."""
             state = context.get_discrete_state_vector().CopyToVector()
+            if self.discrete and _float(state[_SEEN]) != _float(context.get_time()):
+                for index, number in self._changes(context, state).items():
+                    state[index] = number if isinstance(number, T) else T(number)
+            return state
+
+        def _calc_spatial_forces(self, context: Any, output: Any) -> None:
+            state = self._latched(context)
             if state[_PHASE] != CONTACT:
                 output.set_value([])
                 return
             point = round(_float(state[_POINT]))
             on_ball, on_string = self._on_ball, self._on_string
-            motion = self._motion(context, point)
+            motion = self._contact_motion(context, state)
             ball, string, p, _, _ = self._law(*motion, state[_CONSTANTS])
+            if self.discrete:
+                ball, string = state[_WEIGHT] * ball, state[_WEIGHT] * string
             on_ball.F_Bq_W = spatial_force(ball)
             on_string.F_Bq_W = spatial_force(string)
             on_string.body_index = self._string_index[point - 1]
@@ -211,10 +245,10 @@ def BallContact_(T: Any) -> Any:
             output.set_value([on_ball, on_string])
 
         def _calc_contact_state(self, context: Any, output: Any) -> None:
-            state = context.get_discrete_state_vector().CopyToVector()
+            state = self._latched(context)
             if state[_PHASE] == CONTACT:
                 point = round(_float(state[_POINT]))
-                motion = self._motion(context, point)
+                motion = self._contact_motion(context, state)
                 _, _, p, v, (fx, fy, normal, _) = self._law(*motion, state[_CONSTANTS])
             else:
                 point, p, v = self._next_point(context)
@@ -224,7 +258,7 @@ def BallContact_(T: Any) -> Any:
             )
 
         def _calc_stored_energy(self, context: Any, output: Any) -> None:
-            state = context.get_discrete_state_vector().CopyToVector()
+            state = self._latched(context)
             output[0] = T(0.0)
             if state[_PHASE] == CONTACT:
                 motion = self._motion(context, round(_float(state[_POINT])))
@@ -232,11 +266,11 @@ def BallContact_(T: Any) -> Any:
                 output[0] = 0.5 * state[_KB] * p[2] * p[2]
 
         def _calc_power(self, context: Any, output: Any) -> None:
-            state = context.get_discrete_state_vector().CopyToVector()
+            state = self._latched(context)
             if state[_PHASE] != CONTACT:
                 output.SetFromVector(self._no_power)
                 return
-            motion = self._motion(context, round(_float(state[_POINT])))
+            motion = self._contact_motion(context, state)
             on_ball, _, p, v, force = self._law(*motion, state[_CONSTANTS])
             w = motion[2][:3] @ motion[0][:, :3]
             lost_ball, lost_friction, couple = contact_powers(p, v, force, state[_CB], w)
@@ -282,14 +316,25 @@ def BallContact_(T: Any) -> Any:
 
         def _raw_normal(self, context: Any) -> Any:
             state = context.get_discrete_state_vector().CopyToVector()
-            motion = self._motion(context, round(_float(state[_POINT])))
-            return self._law(*motion, state[_CONSTANTS])[4][3]
+            return self._law(*self._contact_motion(context, state), state[_CONSTANTS])[4][3]
 
         def _update(self, context: Any, new: Any) -> EventStatus:
             """Goes to the phase that the present state asks for."""
-            state = context.get_discrete_state_vector()
+            state = context.get_discrete_state_vector().CopyToVector()
+            changes = self._changes(context, state)
+            target = new.get_mutable_discrete_state().get_mutable_vector()
+            for index, number in changes.items():
+                target[index] = number if isinstance(number, T) else T(number)
+            return EventStatus.Succeeded() if changes else EventStatus.DidNothing()
+
+        def _changes(self, context: Any, state: Any) -> dict[int, Any]:
+            """What this instant changes in `state`: index -> value."""
             phase = _float(state[_PHASE])
-            changes = self._release(context, state) if phase == CONTACT else {}
+            changes: dict[int, Any] = {}
+            if phase == CONTACT and self.discrete:
+                changes = self._step_in_contact(context, state)
+            elif phase == CONTACT and _float(self._raw_normal(context)) <= 0.0:
+                changes = self._release(context, state)
             if phase != CONTACT:
                 point, p, v = self._next_point(context)
                 gap = _float(p[2])
@@ -299,10 +344,7 @@ def BallContact_(T: Any) -> Any:
                     changes = self._touch(context, state, point, p, v)
                 elif phase == FREE and gap < 0.0:
                     changes = {_PHASE: PASSED}
-            target = new.get_mutable_discrete_state().get_mutable_vector()
-            for index, number in changes.items():
-                target[index] = number if isinstance(number, T) else T(number)
-            return EventStatus.Succeeded() if changes else EventStatus.DidNothing()
+            return changes | {_SEEN: context.get_time()} if self.discrete else changes
 
         def _inside(self, point: int, p: Any) -> bool:
             x, y = self.model.grid[point - 1] + np.array([_float(p[0]), _float(p[1])])
@@ -336,11 +378,28 @@ def BallContact_(T: Any) -> Any:
                     _CB: ball_constants(-v[2], low, high, cb, cb_growth),
                     _TOUCH: context.get_time(),
                 }
-            return changes
+            return changes | self._late_touch(context, p, v) if self.discrete else changes
+
+        def _late_touch(self, context: Any, p: Any, v: Any) -> dict[int, Any]:
+            """What a discrete step makes up for; a run that starts in contact is not late."""
+            step = self.plant.time_step()
+            lag = p[2] / v[2]
+            if _float(lag) > step:
+                lag = 0.0 * lag
+            return (
+                {_WEIGHT: 0.5 + lag / step} | _spread(_RATE, v) | _spread(_LEAD, 0.0 * np.array(v))
+            )
+
+        def _step_in_contact(self, context: Any, state: Any) -> dict[int, Any]:
+            """At the start of a discrete step: the lead of its velocity, or release."""
+            motion = self._motion(context, round(_float(state[_POINT])))
+            _, v = self._relative(*motion)
+            lead = 0.5 * (np.array(v) - state[_RATE])
+            if _float(self._law(*self._led(motion, lead), state[_CONSTANTS])[4][3]) <= 0.0:
+                return self._release(context, state)
+            return {_WEIGHT: 1.0} | _spread(_RATE, v) | _spread(_LEAD, lead)
 
         def _release(self, context: Any, state: Any) -> dict[int, Any]:
-            if _float(self._raw_normal(context)) > 0.0:
-                return {}
             p, _ = self._relative(*self._motion(context, round(_float(state[_POINT]))))
             return {
                 _PHASE: PASSED if _float(p[2]) < 0.0 else FREE,
@@ -387,6 +446,11 @@ def contact_record(state: Any) -> ContactRecord:
 
 def _dispatch_update(system: Any, context: Any, event: Any, state: Any) -> Any:
     return system._update(context, state)
+
+
+def _spread(indices: slice, values: Any) -> dict[int, Any]:
+    """Index -> value, for a part of the state."""
+    return dict(zip(range(indices.start, indices.stop), values, strict=True))
 
 
 def _float(x: Any) -> float:
