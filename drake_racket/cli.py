@@ -1,4 +1,4 @@
-"""The command line: `drake-racket impact` and `drake-racket show`.
+"""The command line: `drake-racket impact`, `show` and `validate`.
 
 Units: m/s, degrees, s. Bad input prints one line on standard error and exits with status 2.
 """
@@ -10,7 +10,6 @@ import io
 import json
 import math
 import sys
-import tempfile
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -21,6 +20,7 @@ from rich.table import Table
 
 from drake_racket.describe import RacketProperties, racket_properties
 from drake_racket.errors import InputError, one_line
+from drake_racket.files import check_directory, directory_error
 from drake_racket.parameters import check_racket, load_ball, load_racket
 from drake_racket.quantities import Assignment, Choice, Quantities, Quantity, sourced_fields
 from drake_racket.result import ImpactResult
@@ -87,7 +87,7 @@ def impact(
         typer.Option(help="Direction of the tangential part, from +x towards +y (degrees)."),
     ] = None,
     support: Annotated[
-        str | None, typer.Option(help="free, clamped_head or clamped_handle.")
+        str | None, typer.Option(help="free, clamped_head, clamped_handle or grip.")
     ] = None,
     after: Annotated[float | None, typer.Option(help="Time simulated from touch on (s).")] = None,
     out: Annotated[
@@ -112,27 +112,14 @@ def impact(
     changes: dict[str, Any] = {k: v for k, v in given.items() if v is not None}
     scenario = dataclasses.replace(scenario, **changes)
     check_scenario(scenario)
-    _check_out(out)
+    if out is not None:
+        check_directory(out, "--out")
     result = simulate(scenario)
     written = [] if out is None else _write(result, out)
     if as_json:
         print(json.dumps(result.to_json(), allow_nan=False))
     else:
         _print_summary(result, written)
-
-
-def _check_out(out: Path | None) -> None:
-    """Refuses a directory that cannot be made or written before the run starts."""
-    if out is None:
-        return
-    try:
-        parent = out
-        while not parent.exists() and parent != parent.parent:
-            parent = parent.parent
-        with tempfile.TemporaryDirectory(dir=parent):  # permissions alone do not tell, as root
-            pass
-    except OSError as error:
-        raise _out_error(out, error) from None
 
 
 def _write(result: ImpactResult, out: Path) -> list[Path]:
@@ -150,13 +137,8 @@ def _write(result: ImpactResult, out: Path) -> list[Path]:
         text = json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n"
         write_text(text, paths[3])
     except OSError as error:
-        raise _out_error(out, error) from None
+        raise directory_error(out, error, "--out") from None
     return paths
-
-
-def _out_error(out: Path, error: OSError) -> InputError:
-    reason = error.strerror or type(error).__name__
-    return InputError("--out", str(out), f"a directory that can be written ({reason})")
 
 
 def _print_summary(result: ImpactResult, written: list[Path]) -> None:
@@ -263,6 +245,71 @@ def show(
     values = [*sourced_fields(parameters), *sourced_fields(ball, "ball")]
     inferred = [key for key, value in values if value.status == "inferred"]
     console.print(f"[bold]Inferred[/] ({len(inferred)}): " + ", ".join(inferred))
+
+
+@app.command()
+def validate(
+    out: Annotated[Path, typer.Option(help="Directory for the report, its figures and data.")],
+    only: Annotated[
+        list[str] | None, typer.Option(help="A section to compute (again and again for several).")
+    ] = None,
+    coarse: Annotated[
+        bool, typer.Option("--coarse", help="Few points and speeds, for a first look.")
+    ] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Compute sections anew that are finished in OUT.")
+    ] = False,
+    workers: Annotated[int, typer.Option(help="Processes to share the impacts.")] = 2,
+) -> None:
+    """Compares the model with every published number and writes a report. Takes a few minutes.
+
+    An interrupted run goes on where it stopped when it is started again with the same options.
+    """
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from drake_racket.rigs.cases import check_workers
+    from drake_racket.validation import SECTIONS
+    from drake_racket.validation import validate as run_validation
+    from drake_racket.validation.outcome import Plan
+
+    for name in only or []:
+        if name not in SECTIONS:
+            raise InputError("--only", name, ", ".join(SECTIONS))
+    check_workers(workers)
+    check_directory(out, "--out")
+    plan = Plan.coarse(workers) if coarse else Plan(workers=workers)
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console) as bars:
+        tasks: dict[str, Any] = {}
+
+        def step(title: str, done: int, total: int) -> None:
+            if title not in tasks:
+                tasks[title] = bars.add_task(title)
+            bars.update(tasks[title], completed=done, total=total)
+
+        rows = run_validation(out, only=only or [], plan=plan, fresh=fresh, progress=step)
+    _print_verdicts(rows, out)
+
+
+def _print_verdicts(rows: list[Any], out: Path) -> None:
+    console = _console()
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("quantity", "model", "verdict"):
+        table.add_column(column, no_wrap=column != "quantity", overflow="fold")
+    for row in rows:
+        if row.verdict == "not comparable":
+            continue
+        unit = "" if row.published.unit == "1" else f" {row.published.unit}"
+        mark = "yellow" if row.verdict == "differs" else "green"
+        table.add_row(
+            escape(row.published.quantity), f"{row.model:.4g}{unit}", f"[{mark}]{row.verdict}[/]"
+        )
+    console.print(table)
+    for verdict in ("agrees", "differs", "not comparable"):
+        console.print(f"{sum(row.verdict == verdict for row in rows)} {verdict}")
+    for name in ("report.md", "report.html", "rows.csv", "rows.json"):
+        console.print(f"wrote {escape(str(out / name))}")
 
 
 def _properties_table(properties: RacketProperties) -> Table:

@@ -20,6 +20,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_racket.diagram import Impact
 
 LOST_BALL, LOST_FRICTION, COUPLE, IMPULSE, LOST_JOINT, LOST_STRINGS = 0, 1, 2, slice(3, 6), 6, 7
+GRIP, TOTALS = 8, 9
 
 
 @TemplateSystem.define("EnergyMeter_")
@@ -33,30 +34,33 @@ def EnergyMeter_(T: Any) -> Any:
             power (6): the BallContact's port of that name (W, W, W, N, N, N).
             joint_rates (2): in-plane, out-of-plane (rad/s), as part of the plant's state port.
             string_energy (2): the StringBed's energy port; read only if the strings are damped.
+            grip_power (1): the GripLoad's power (W); only of a meter for a held racket.
         Output ports:
-            totals (8): lost in the ball's damper, lost to friction, gained from the couple (J);
+            totals (9): lost in the ball's damper, lost to friction, gained from the couple (J);
                 impulse on the ball in the world (N s, three); lost at the joint, lost in the
-                strings (J).
+                strings, gone into the grip's springs and dampers (J).
         Numeric parameters:
             0 damping: in-plane, out-of-plane joint (N m s/rad); 1 if the strings are damped, or 0.
-        Continuous state (8): the totals.
+        Continuous state (9): the totals.
         """
 
         def _construct(
-            self, num_states: int, rates: tuple[int, int], converter: Any = None
+            self, num_states: int, rates: tuple[int, int], gripped: bool, converter: Any = None
         ) -> None:
             LeafSystem_[T].__init__(self, converter)
-            self.num_states, self.rates = num_states, rates
+            self.num_states, self.rates, self.gripped = num_states, rates, gripped
             self.DeclareNumericParameter(BasicVector_[T](np.array([T(0.0)] * 3)))
             self._power = self.DeclareVectorInputPort("power", 6)
             self._plant_state = self.DeclareVectorInputPort("state", num_states)
             self._strings = self.DeclareVectorInputPort("string_energy", 2)
-            self._rates = np.array([T(0.0)] * 8)
-            index = self.DeclareContinuousState(8)
+            if gripped:
+                self._grip = self.DeclareVectorInputPort("grip_power", 1)
+            self._rates = np.array([T(0.0)] * TOTALS)
+            index = self.DeclareContinuousState(TOTALS)
             self.DeclareStateOutputPort("totals", index)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, other.num_states, other.rates, converter=converter)
+            Impl._construct(self, other.num_states, other.rates, other.gripped, converter=converter)
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             state = self._plant_state.Eval(context)
@@ -66,6 +70,8 @@ def EnergyMeter_(T: Any) -> Any:
             rates[:LOST_JOINT] = self._power.Eval(context)
             rates[LOST_JOINT] = in_plane * rate_z * rate_z + out_of_plane * rate_y * rate_y
             rates[LOST_STRINGS] = self._strings.Eval(context)[1] if damped > 0.5 else T(0.0)
+            if self.gripped:
+                rates[GRIP] = self._grip.Eval(context)[0]
             derivatives.get_mutable_vector().SetFromVector(rates)
 
     return Impl
@@ -74,8 +80,15 @@ def EnergyMeter_(T: Any) -> Any:
 EnergyMeter = EnergyMeter_[float]
 
 
-def add_energy_meter(builder: DiagramBuilder, plant: MultibodyPlant, impact: Impact) -> Any:
-    """Adds an EnergyMeter to the systems of one impact (with a ball) and returns it."""
+def add_energy_meter(
+    builder: DiagramBuilder, plant: MultibodyPlant, impact: Impact, grip_load: Any | None = None
+) -> Any:
+    """Adds an EnergyMeter to the systems of one impact (with a ball) and returns it.
+
+    Args:
+        grip_load: the GripLoad of the hand that holds the racket, if one does.
+
+    """
     offset = plant.num_positions()
     racket = impact.racket
     rates = (
@@ -84,12 +97,15 @@ def add_energy_meter(builder: DiagramBuilder, plant: MultibodyPlant, impact: Imp
     )
     name = plant.GetModelInstanceName(racket.model_instance)
     meter = builder.AddNamedSystem(
-        f"{name}_energy_meter", EnergyMeter(plant.num_multibody_states(), rates)
+        f"{name}_energy_meter",
+        EnergyMeter(plant.num_multibody_states(), rates, grip_load is not None),
     )
     assert impact.contact is not None
     builder.Connect(impact.contact.GetOutputPort("power"), meter.GetInputPort("power"))
     builder.Connect(plant.get_state_output_port(), meter.GetInputPort("state"))
     builder.Connect(impact.string_bed.GetOutputPort("energy"), meter.GetInputPort("string_energy"))
+    if grip_load is not None:
+        builder.Connect(grip_load.GetOutputPort("power"), meter.GetInputPort("grip_power"))
     return meter
 
 
@@ -120,10 +136,11 @@ class Balance:
     """Energies (J) and momenta (N s; N m s about the world's origin) at one instant.
 
     ball: kinetic. contact: stored in the compressed ball. rigid_motion: of the racket as one rigid
-    body with its momentum (0 if held). bending: stored at the joint, and the frame's kinetic energy
-    beyond the rigid motion. strings: stored, and kinetic relative to the head. gravity: potential
-    above the start. lost_*: given up so far; lost_ball includes what compression was left at
-    release. couple: gained from forces that act along different lines.
+    body with its momentum (0 if clamped). bending: stored at the joint, and the frame's kinetic
+    energy beyond the rigid motion. strings: stored, and kinetic relative to the head. gravity:
+    potential above the start. grip: gone into a hand's springs and dampers. lost_*: given up so
+    far; lost_ball includes what compression was left at release. couple: gained from forces that
+    act along different lines.
     """
 
     ball: float
@@ -132,6 +149,7 @@ class Balance:
     bending: float
     strings: float
     gravity: float
+    grip: float
     lost_ball: float
     lost_friction: float
     lost_joint: float
@@ -151,6 +169,7 @@ class Balance:
             + self.bending
             + self.strings
             + self.gravity
+            + self.grip
             + self.lost_ball
             + self.lost_friction
             + self.lost_joint
@@ -217,6 +236,7 @@ def balance(impact: Impact, meter: Any, root: Context, *, held: bool) -> Balance
         bending=stored + kinetic - rigid - string_motion,
         strings=float(strings) + string_motion,
         gravity=-plant.CalcTotalMass(context, both) * float(gravity @ com),
+        grip=float(totals[GRIP]),
         lost_ball=float(totals[LOST_BALL]) + record.energy_given_up,
         lost_friction=float(totals[LOST_FRICTION]),
         lost_joint=float(totals[LOST_JOINT]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,8 +11,33 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_racket.errors import InputError
+
 if TYPE_CHECKING:
     import xarray
+
+
+def check_directory(path: Path, key: str) -> None:
+    """Refuses a directory that cannot be made or written, before any work is done for it.
+
+    Raises:
+        InputError: naming `key`, the option or argument that gave the path.
+
+    """
+    try:
+        parent = path
+        while not parent.exists() and parent != parent.parent:
+            parent = parent.parent
+        with tempfile.TemporaryDirectory(dir=parent):  # permissions alone do not tell, as root
+            pass
+    except OSError as error:
+        raise directory_error(path, error, key) from None
+
+
+def directory_error(path: Path, error: OSError, key: str) -> InputError:
+    """What to raise when writing below `path` failed."""
+    reason = error.strerror or type(error).__name__
+    return InputError(key, str(path), f"a directory that can be written ({reason})")
 
 
 def replace_file(path: Path, write: Callable[[Path], Any]) -> None:

@@ -28,6 +28,7 @@ _ENERGIES = (
     "bending",
     "strings",
     "gravity",
+    "grip",
     "lost_ball",
     "lost_friction",
     "lost_joint",
@@ -54,17 +55,18 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
         return np.array([row[name] for row in rows])
 
     variables: dict[str, Any] = {}
-    for name, dimension, units, frame, text in _VARIABLES:
+    table = _VARIABLES if run.system.grip_load is None else (*_VARIABLES, *_HAND_VARIABLES)
+    for name, dimension, units, frame, text in table:
         dimensions = ("time",) if dimension is None else ("time", dimension)
         attributes = {"units": units, "long_name": text}
         if frame:
             attributes["frame"] = frame
         variables[name] = (dimensions, column(name), attributes)
     if balances:
-        table = np.array([[getattr(b, e) for e in _ENERGIES] for b in balances])
+        energies = np.array([[getattr(b, e) for e in _ENERGIES] for b in balances])
         variables["energy"] = (
             ("time", "store"),
-            table,
+            energies,
             {"units": "J", "long_name": "energy in each store, or lost so far"},
         )
     dataset = xarray.Dataset(
@@ -79,6 +81,13 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
         attrs=_attributes(run),
     )
     return dataset
+
+
+def after_release(history: xarray.Dataset) -> xarray.Dataset:
+    """The part of a history from the last release to its end; all of it without contact."""
+    inside = np.flatnonzero(history["in_contact"].to_numpy())
+    first = int(inside[-1]) + 1 if len(inside) else 0
+    return history.isel(time=slice(first, None))
 
 
 _R = "R, the racket's initial frame (butt, x to tip, z normal to strings)"
@@ -105,6 +114,11 @@ _VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
     ("handle_acceleration", "axis", "m/s^2", "handle", "acceleration of the accelerometer frame"),
 )
 
+_HAND_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
+    ("hand_torque", "axis", "N m", "hand", "torque of the racket on the hand about its frame"),
+    ("hand_force", "axis", "N", "hand", "force of the racket on the hand"),
+)
+
 
 def _sample(run: Run, index: int) -> dict[str, Any]:
     """All variables at one sample."""
@@ -122,7 +136,7 @@ def _sample(run: Run, index: int) -> dict[str, Any]:
     bed_context = bed.GetMyContextFromRoot(root)
     pose = {name: racket.frame(name).CalcPoseInWorld(context) for name in ("butt", "gsc", "tip")}
     gsc_velocity = racket.frame("gsc").CalcSpatialVelocityInWorld(context)
-    return {
+    sample = {
         "ball_position": impact.ball.body.EvalPoseInWorld(context).translation(),
         "ball_velocity": impact.ball.body.EvalSpatialVelocityInWorld(context).translational(),
         "in_contact": float(phase == 1.0),
@@ -143,6 +157,11 @@ def _sample(run: Run, index: int) -> dict[str, Any]:
         "tip_position": pose["tip"].translation(),
         "handle_acceleration": handle_acceleration(impact.racket, context),
     }
+    if system.grip_load is not None:
+        load_context = system.grip_load.GetMyContextFromRoot(root)
+        load = system.grip_load.GetOutputPort("hand_load").Eval(load_context).copy()
+        sample |= {"hand_torque": load[:3], "hand_force": load[3:]}
+    return sample
 
 
 def handle_acceleration(racket: Any, context: Context) -> NDArray[np.float64]:

@@ -16,9 +16,11 @@ from drake_racket.ball import add_ball
 from drake_racket.diagram import Impact, add_impact, contact_model, set_impact_parameters
 from drake_racket.energy import add_energy_meter, set_meter_parameters
 from drake_racket.errors import InputError
+from drake_racket.grip import Grip
+from drake_racket.grip_load import add_grip_load, set_grip_load_parameters
 from drake_racket.parameters import BallParameters, RacketParameters
 from drake_racket.scenario import Scenario, check_scenario
-from drake_racket.supports import add_supported_racket
+from drake_racket.supports import add_hand_held_racket, add_supported_racket
 
 __all__ = ["ImpactDiagram", "make_impact_diagram"]
 
@@ -29,7 +31,8 @@ _IDENTITY = RigidTransform(Quaternion(1.0, 0.0, 0.0, 0.0), [0.0, 0.0, 0.0])
 class ImpactDiagram:
     """A built Diagram and the handles into it.
 
-    The Diagram exports the outputs `contact_state`, `string_tensions` and `string_deflections`.
+    The Diagram exports the outputs `contact_state`, `string_tensions` and `string_deflections`, and
+    `hand_load` where a hand holds the racket (then there are `grip` and `grip_load`).
     Build one per topology (what `topology` returns) and take a new Context per case.
     """
 
@@ -38,6 +41,8 @@ class ImpactDiagram:
     impact: Impact
     meter: Any | None
     scenario: Scenario
+    grip: Grip | None = None
+    grip_load: Any | None = None
 
     def create_context(self, scenario: Scenario | None = None) -> Context:
         """A new Context with the parameters and the initial state of `scenario`.
@@ -65,6 +70,9 @@ class ImpactDiagram:
             scenario.reaction_point,
         )
         set_impact_parameters(self.impact, root, racket, contact)
+        if self.grip is not None:
+            self.grip.set_stiffness(root, scenario.load_grip())
+            set_grip_load_parameters(self.grip_load, self.grip, root)
         if self.meter is not None:
             set_meter_parameters(self.meter, self.impact, root)
         self._set_initial_state(root, scenario, racket)
@@ -80,7 +88,7 @@ class ImpactDiagram:
         plant, ball = self.plant, self.impact.ball
         assert ball is not None
         context = plant.GetMyMutableContextFromRoot(root)
-        if scenario.support == "free":
+        if scenario.support in ("free", "grip"):
             plant.SetFreeBodyPose(context, self.impact.racket.handle, _IDENTITY)
         velocity = scenario.ball_velocity()
         start = scenario.aim(racket) - scenario.approach_time * velocity
@@ -116,7 +124,11 @@ def make_impact_diagram(scenario: Scenario | None = None) -> ImpactDiagram:
     check_scenario(scenario)
     builder = DiagramBuilder()
     plant = builder.AddNamedSystem("plant", MultibodyPlant(scenario.time_step))
-    racket = add_supported_racket(plant, scenario.load_racket(), scenario.support)
+    grip = None
+    if scenario.support == "grip":
+        racket, grip = add_hand_held_racket(plant, scenario.load_racket(), scenario.load_grip())
+    else:
+        racket = add_supported_racket(plant, scenario.load_racket(), scenario.support)
     ball = add_ball(plant, scenario.load_ball())
     plant.mutable_gravity_field().set_gravity_vector(scenario.gravity)
     plant.Finalize()
@@ -129,9 +141,12 @@ def make_impact_diagram(scenario: Scenario | None = None) -> ImpactDiagram:
         friction_reading=scenario.friction_reading,
         reaction_point=scenario.reaction_point,
     )
-    meter = add_energy_meter(builder, plant, impact) if scenario.audit else None
+    grip_load = add_grip_load(builder, plant, grip) if grip is not None else None
+    meter = add_energy_meter(builder, plant, impact, grip_load) if scenario.audit else None
     assert impact.contact is not None
     builder.ExportOutput(impact.contact.GetOutputPort("contact_state"), "contact_state")
     builder.ExportOutput(impact.string_bed.GetOutputPort("tensions"), "string_tensions")
     builder.ExportOutput(impact.string_bed.GetOutputPort("deflections"), "string_deflections")
-    return ImpactDiagram(builder.Build(), plant, impact, meter, scenario)
+    if grip_load is not None:
+        builder.ExportOutput(grip_load.GetOutputPort("hand_load"), "hand_load")
+    return ImpactDiagram(builder.Build(), plant, impact, meter, scenario, grip, grip_load)

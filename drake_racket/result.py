@@ -108,7 +108,7 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
     root = run.context_at(len(run.time) - 1)
     racket = system.impact.racket
     motion = rigid_motion(system.impact, system.plant.GetMyContextFromRoot(root))
-    held = scenario.support != "free"
+    held = scenario.support.startswith("clamped")  # a hand lets the racket move
     audited = system.meter is not None
     balances = _balances(run, held, history) if audited else []
     mass = system.impact.ball.parameters.mass.value  # type: ignore[union-attr]
@@ -117,7 +117,7 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
         float(np.max(np.abs(run.plant_state[:, joint.position_start()])))
         for joint in (racket.in_plane, racket.out_of_plane)
     )
-    errors = _errors(balances, scenario, held)
+    errors = _errors(balances, scenario)
     return ImpactResult(
         scenario=scenario,
         approach_velocity=approach,
@@ -216,7 +216,7 @@ def _balances(run: Run, held: bool, every_sample: bool) -> list[Balance]:
 
 
 def _errors(
-    balances: list[Balance], scenario: Scenario, held: bool
+    balances: list[Balance], scenario: Scenario
 ) -> tuple[float | None, float | None, float | None]:
     """Energy, linear and angular momentum errors; see `ImpactResult`."""
     if not balances:
@@ -227,7 +227,7 @@ def _errors(
     if any(scenario.gravity):
         # gravity's own impulse is not metered; the energy balance has its potential
         return energy, None, None
-    if held:
+    if scenario.support != "free":
         change = max(
             float(np.linalg.norm(b.ball_momentum - first.ball_momentum - b.impulse_on_ball))
             for b in balances

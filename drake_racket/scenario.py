@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.errors import InputError
+from drake_racket.grip import GripStiffness, load_grip
 from drake_racket.parameters import (
     BallParameters,
     RacketParameters,
@@ -21,7 +22,7 @@ from drake_racket.parameters import (
 )
 from drake_racket.typed_yaml import load_file, load_text
 
-SUPPORTS = ("free", "clamped_head", "clamped_handle")
+SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip")
 SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")
 
 
@@ -44,7 +45,9 @@ class Scenario:
             the tension a number in N; see `parameters.load_racket` and `load_ball`.
         joint_reading: `by_axis`, `as_printed`, or empty for what the racket's file says.
         friction_reading, reaction_point: see `diagram.add_impact`.
-        support: `free`, `clamped_head` (head welded to the world) or `clamped_handle`.
+        support: `free`, `clamped_head` (head welded to the world), `clamped_handle`, or `grip`
+            (a hand fixed in the world; see `grip`).
+        grip: with that support, the grip by name or its file: `grip.load_grip`.
         point: `1` to `9`, or `auto` for the point nearest to the ball at touch.
         offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre).
         speed: of the ball.  incidence_deg: from the normal of the strings.  azimuth_deg: direction
@@ -63,6 +66,7 @@ class Scenario:
     friction_reading: str = "velocity"
     reaction_point: str = "ball"
     support: str = "free"
+    grip: str = "hand"
     point: str = "5"
     offset_x: float = 0.0
     offset_y: float = 0.0
@@ -91,6 +95,10 @@ class Scenario:
     def load_ball(self) -> BallParameters:
         """The ball's parameters; raises InputError."""
         return load_ball(self.ball)
+
+    def load_grip(self) -> GripStiffness:
+        """The hand's grip; raises InputError."""
+        return load_grip(self.grip)
 
     def aim(self, racket: RacketParameters) -> NDArray[np.float64]:
         """Where the ball is aimed, p_RoA_R (m)."""
@@ -172,13 +180,14 @@ def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
     _check_integrator(scenario.integrator, f"{where}: integrator")
     racket = scenario.load_racket()
     scenario.load_ball()
+    scenario.load_grip()
     _check_aim(scenario, racket, where)
 
 
 def _check_types(scenario: Scenario, where: str) -> None:
     """YAML is typed as it is read; this is for scenarios that Python code has built."""
     kinds = (
-        (str, "a text", ("racket", "ball", *_CHOICES)),
+        (str, "a text", ("racket", "ball", "grip", *_CHOICES)),
         (list, "a list", ("gravity",)),
         (bool, "true or false", ("audit",)),
         (IntegratorSettings, "IntegratorSettings", ("integrator",)),

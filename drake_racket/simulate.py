@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
+from drake_racket.energy import TOTALS
 from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.result import ImpactResult, make_result
 from drake_racket.scenario import IntegratorSettings, Scenario, check_scenario
@@ -31,7 +32,7 @@ class Run:
         time: (n,) s, from the start of the run; touch and release are among the times.
         plant_state: (n, nq + nv) the plant's [q; v].
         contact_state: (n, 15) the BallContact's discrete state, after any event at that time.
-        totals: (n, 8) the EnergyMeter's totals; NaN without a meter.
+        totals: (n, 9) the EnergyMeter's totals; NaN without a meter.
         steps, evaluations: of the integrator.
 
     """
@@ -152,7 +153,7 @@ class _Recorder:
             return EventStatus.Failed(self._diagram, f"more than {MOST_STEPS} steps")
         plant = self._plant.GetMyContextFromRoot(root)
         contact = self._contact.GetMyContextFromRoot(root)  # type: ignore[union-attr]
-        totals: Any = np.full(8, math.nan)
+        totals: Any = np.full(TOTALS, math.nan)
         if self._meter is not None:
             meter = self._meter.GetMyContextFromRoot(root)
             totals = meter.get_continuous_state_vector().CopyToVector()

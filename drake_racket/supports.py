@@ -1,11 +1,13 @@
-"""How the laboratory holds a racket: not at all, by the head, or by the handle."""
+"""How a racket is held: not at all, by the head, by the handle, or by a hand."""
 
 from __future__ import annotations
 
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame
 
 from drake_racket.errors import InputError
+from drake_racket.grip import Grip, GripStiffness, add_grip
 from drake_racket.parameters import RacketParameters
 from drake_racket.racket import Racket, add_racket
 
@@ -13,20 +15,28 @@ _HELD_AT = {"clamped_head": "gsc", "clamped_handle": "butt"}
 
 
 def add_supported_racket(
-    plant: MultibodyPlant, parameters: RacketParameters, support: str, *, name: str = "racket"
+    plant: MultibodyPlant,
+    parameters: RacketParameters,
+    support: str,
+    *,
+    name: str = "racket",
+    strung: bool = True,
 ) -> Racket:
     """Adds a racket whose R frame is the world's, free or welded there. Before `Finalize`.
+
+    For a hand see `add_hand_held_racket`.
 
     Args:
         support: `free`; `clamped_head` welds the head body, and leaves the handle free to vibrate
             about it; `clamped_handle` welds the handle body.
+        strung: as in `add_racket`.
 
     Raises:
         InputError: unknown support, or as `add_racket`.
 
     """
     if support == "free":
-        return add_racket(plant, parameters, name=name)
+        return add_racket(plant, parameters, name=name, strung=strung)
     if support not in _HELD_AT:
         raise InputError("support", support, ", ".join(("free", *_HELD_AT)))
     place = parameters.point(5) if support == "clamped_head" else (0.0, 0.0, 0.0)
@@ -34,7 +44,30 @@ def add_supported_racket(
         plant,
         parameters,
         name=name,
+        strung=strung,
         parent=plant.world_frame(),
         held_at=_HELD_AT[support],
         X_PF=RigidTransform(list(place)),
     )
+
+
+def add_hand_held_racket(
+    plant: MultibodyPlant,
+    parameters: RacketParameters,
+    grip: GripStiffness,
+    *,
+    name: str = "racket",
+    strung: bool = True,
+) -> tuple[Racket, Grip]:
+    """Adds a racket held at its grip frame by a hand that is fixed in the world. Before `Finalize`.
+
+    At rest R is the world's frame; the racket is a free body: start it there.
+
+    Raises:
+        InputError: the grip is not valid, or as `add_racket`.
+
+    """
+    racket = add_racket(plant, parameters, name=name, strung=strung)
+    place = RigidTransform([parameters.landmarks.grip.value, 0.0, 0.0])
+    hand = plant.AddFrame(FixedOffsetFrame(f"{name}_hand", plant.world_frame(), place))
+    return racket, add_grip(plant, racket, hand, grip)

@@ -1,0 +1,165 @@
+"""A hand on the racket's grip: six spring-dampers between a hand frame and the racket.
+
+One `LinearBushingRollPitchYaw` holds the racket's grip frame G at the user's hand frame H, which
+may be fixed in the world or sit on an arm: torques -k q - c qdot on roll, pitch and yaw of G in H,
+and forces -K p - D pdot along its axes. At rest G lies on H. King, Kentel & Mitchell (2012),
+J. Biomech. 45:1048-1052, represent grip tightness by the three torsional spring-dampers.
+
+No source at hand prints the numbers: the shipped ones are inferred, and every use of them should
+show what another grip does (`GripStiffness.scaled`).
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, LinearBushingRollPitchYaw
+from pydrake.systems.framework import Context
+
+from drake_racket.errors import InputError
+from drake_racket.models import data_directory
+from drake_racket.quantities import Quantities, check_fields, many
+from drake_racket.racket import Racket
+from drake_racket.typed_yaml import load_file
+
+GRIPS = ("hand",)
+
+
+@dataclass
+class GripStiffness:
+    """The six spring-dampers of a grip: lists of three, about or along x, y and z of the hand."""
+
+    name: str = ""
+    title: str = ""
+    force_stiffness: Quantities = many("N/m", sign="non-negative", least=3)
+    force_damping: Quantities = many("N*s/m", sign="non-negative", least=3)
+    torque_stiffness: Quantities = many("N*m/rad", sign="non-negative", least=3)
+    torque_damping: Quantities = many("N*m*s/rad", sign="non-negative", least=3)
+    notes: list[str] = field(default_factory=list)
+
+    def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
+        """All six stiffnesses times `factor`; the dampings times `damping_factor`.
+
+        By default the dampings grow with the root of the stiffness, which keeps the damping ratio
+        of a racket that moves as a rigid body in the hand.
+
+        Raises:
+            InputError: a factor is not a finite number of 0 or more.
+
+        """
+        if not (math.isfinite(factor) and factor >= 0.0):
+            raise InputError("GripStiffness.scaled: factor", factor, "a finite number, 0 or more")
+        by = math.sqrt(factor) if damping_factor is None else damping_factor
+        if not (math.isfinite(by) and by >= 0.0):
+            raise InputError(
+                "GripStiffness.scaled: damping_factor", by, "a finite number, 0 or more"
+            )
+        return dataclasses.replace(
+            self,
+            force_stiffness=_times(self.force_stiffness, factor),
+            force_damping=_times(self.force_damping, by),
+            torque_stiffness=_times(self.torque_stiffness, factor),
+            torque_damping=_times(self.torque_damping, by),
+        )
+
+
+def _times(values: Quantities, factor: float) -> Quantities:
+    if factor == 1.0:
+        return values
+    scaled = [factor * x for x in values.value]
+    return Quantities(scaled, values.unit, "inferred", f"{factor:g} times: {values.source}")
+
+
+def load_grip(grip: str = "hand") -> GripStiffness:
+    """Loads the shipped grip by name, or any grip from its YAML file.
+
+    Raises:
+        InputError: unknown name, unreadable file, or content that does not fit.
+
+    """
+    if grip.endswith((".yaml", ".yml")):
+        path = Path(grip)
+    elif grip in GRIPS:
+        path = data_directory() / f"grip_{grip}.yaml"
+    else:
+        raise InputError("grip", grip, f"{', '.join(GRIPS)} or a path ending in .yaml")
+    loaded = load_file(path, GripStiffness, complete=True)
+    check_grip(loaded, str(path))
+    return loaded
+
+
+def check_grip(grip: GripStiffness, where: str = "grip") -> None:
+    """Checks units, signs, counts and provenance; raises InputError."""
+    check_fields(grip, where)
+    for item in dataclasses.fields(grip):
+        values = getattr(grip, item.name)
+        if isinstance(values, Quantities) and len(values.value) != 3:
+            raise InputError(f"{where}: {item.name}.value", values.value, "3 numbers: x, y, z")
+
+
+@dataclass(frozen=True)
+class Grip:
+    """Handles to a grip in a plant.
+
+    Attributes:
+        hand_frame: H, on whatever holds the racket.
+        racket_frame: G, on the racket; it lies on H at rest.
+        bushing: its roll, pitch and yaw are those of G in H.
+
+    """
+
+    plant: MultibodyPlant
+    hand_frame: Frame
+    racket_frame: Frame
+    bushing: LinearBushingRollPitchYaw
+
+    def set_stiffness(self, root: Context, grip: GripStiffness) -> None:
+        """Writes another grip into a Context: the plant's, or one of a Diagram that holds it.
+
+        Raises:
+            InputError: the grip is not valid.
+
+        """
+        check_grip(grip)
+        context = self.plant.GetMyMutableContextFromRoot(root)
+        self.bushing.SetForceStiffnessConstants(context, grip.force_stiffness.value)
+        self.bushing.SetForceDampingConstants(context, grip.force_damping.value)
+        self.bushing.SetTorqueStiffnessConstants(context, grip.torque_stiffness.value)
+        self.bushing.SetTorqueDampingConstants(context, grip.torque_damping.value)
+
+
+def add_grip(
+    plant: MultibodyPlant,
+    racket: Racket,
+    hand_frame: Frame,
+    grip: GripStiffness,
+    *,
+    held_at: str = "grip",
+) -> Grip:
+    """Holds a free racket at `hand_frame` by a grip's spring-dampers. Before `Finalize`.
+
+    The bushing only pulls the two frames together: put the racket where its grip frame lies on the
+    hand frame (`plant.SetFreeBodyPose` of the handle) for a start without force.
+
+    Args:
+        held_at: the racket's frame that lies in the hand: grip, butt, ...
+
+    Raises:
+        InputError: the plant is finalized, the grip is not valid, or the frame is unknown.
+
+    """
+    if plant.is_finalized():
+        raise InputError("add_grip: plant", "finalized", "a plant before Finalize()")
+    check_grip(grip)
+    racket_frame = racket.frame(held_at)
+    constants: list[Any] = [
+        grip.torque_stiffness.value,
+        grip.torque_damping.value,
+        grip.force_stiffness.value,
+        grip.force_damping.value,
+    ]
+    bushing = plant.AddForceElement(LinearBushingRollPitchYaw(hand_frame, racket_frame, *constants))
+    return Grip(plant, hand_frame, racket_frame, bushing)

@@ -1,0 +1,118 @@
+"""A racket in a hand: the load on the hand, the energy in the grip, and its two limits."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from pydrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
+
+from drake_racket import InputError, IntegratorSettings, Scenario, make_impact_diagram, simulate
+from drake_racket.grip import load_grip
+
+
+TIGHT = IntegratorSettings(accuracy=2e-6, maximum_step=5e-5)
+HELD = Scenario(support="grip", point="4", incidence_deg=17.0, after=0.008)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return simulate(dataclasses.replace(HELD, integrator=TIGHT))
+
+
+def test_energy_closes_with_the_grips_share(result):
+    assert result.energy_error < 1e-6
+    energy = result.history["energy"]
+    assert float(energy.sel(store="grip")[-1]) > 1.0  # J: leaving it out would show
+    assert result.momentum_error < 1e-10
+
+
+def test_the_hands_load_is_what_momentum_lacks(result):
+    """Force on the hand, integrated: the linear momentum that ball and racket lose."""
+    history = result.history
+    time = history["time"].to_numpy()
+    force = history["hand_force"].to_numpy()
+    impulse = np.trapezoid(force, time, axis=0)
+    system = make_impact_diagram(HELD)
+    mass = system.plant.CalcTotalMass(
+        system.plant.CreateDefaultContext(), [system.impact.racket.model_instance]
+    )
+    ball = system.impact.ball.parameters.mass.value
+    lost = (
+        ball * (history["ball_velocity"][0] - history["ball_velocity"][-1]).to_numpy()
+        - mass * result.racket_velocity
+    )
+    np.testing.assert_allclose(impulse, lost, atol=2e-5)
+    assert np.linalg.norm(impulse) > 0.1
+
+
+def test_the_first_load_is_the_spring_law_at_rest():
+    """A racket displaced in the hand by d, not turned: force K d and no torque on the hand."""
+    system = make_impact_diagram(HELD)
+    root = system.create_context()
+    grip = load_grip()
+    plant = system.plant
+    context = plant.GetMyMutableContextFromRoot(root)
+    handle = system.impact.racket.handle
+    pose = handle.EvalPoseInWorld(context)
+    d = np.array([1e-3, -2e-3, 3e-3])
+    pose.set_translation(pose.translation() + d)
+    plant.SetFreeBodyPose(context, handle, pose)
+    load = system.diagram.GetOutputPort("hand_load").Eval(root)
+    np.testing.assert_allclose(load[3:], np.array(grip.force_stiffness.value) * d, rtol=1e-12)
+    # the bushing's force acts halfway between the two frames: the couple is that of the offset
+    np.testing.assert_allclose(load[:3], np.cross(0.5 * d, load[3:]), atol=1e-12)
+
+
+def test_restitution_goes_from_the_free_to_the_clamped_racket(tmp_path):
+    """Monotonic in the grip's stiffness, at a corner, where the support matters most."""
+    base = Scenario(point="1", after=0.006, audit=False)
+    free, clamped = (
+        simulate(dataclasses.replace(base, support=s), history=False).apparent_restitution
+        for s in ("free", "clamped_handle")
+    )
+    held = dataclasses.replace(base, support="grip")
+    system = make_impact_diagram(held)
+    found = []
+    for factor in (1e-6, 1.0, 1e2, 1e4):
+        path = tmp_path / f"grip_{factor:g}.yaml"
+        path.write_text(_yaml(load_grip().scaled(factor)))
+        case = dataclasses.replace(held, grip=str(path))
+        found.append(simulate(case, system, history=False).apparent_restitution)
+    assert found == sorted(found)
+    assert found[0] == pytest.approx(free, abs=1e-5)  # the damping is a thousandth
+    assert found[-1] == pytest.approx(clamped, abs=2e-3)
+    assert found[1] - free < 0.01
+
+
+def _yaml(grip) -> str:
+    lines = [f"name: {grip.name}", f'title: "{grip.title}"', "notes: []"]
+    for name in ("force_stiffness", "force_damping", "torque_stiffness", "torque_damping"):
+        q = getattr(grip, name)
+        lines.append(f'{name}: {{value: {q.value}, unit: "{q.unit}", status: inferred, source: t}}')
+    return "\n".join(lines)
+
+
+def test_the_load_converts_to_autodiff():
+    system = make_impact_diagram(dataclasses.replace(HELD, audit=False))
+    root = system.create_context()
+    twin = system.diagram.ToScalarType[AutoDiffXd]()
+    twin_root = twin.CreateDefaultContext()
+    twin_root.SetTimeStateAndParametersFrom(root)
+    plant = twin.GetSubsystemByName("plant")
+    context = plant.GetMyMutableContextFromRoot(twin_root)
+    state = system.plant.GetPositionsAndVelocities(system.plant.GetMyContextFromRoot(root)).copy()
+    place = 4 + 2  # z of the racket's free body
+    state[place] = 1e-3
+    derivative = InitializeAutoDiff(state)
+    plant.SetPositionsAndVelocities(context, derivative[:, 0])
+    load = twin.GetOutputPort("hand_load").Eval(twin_root)
+    stiffness = load_grip().force_stiffness.value[2]
+    assert load[5].value() == pytest.approx(1e-3 * stiffness)
+    assert load[5].derivatives()[place] == pytest.approx(stiffness)
+
+
+def test_an_unknown_grip_is_refused():
+    with pytest.raises(InputError, match="grip"):
+        simulate(dataclasses.replace(HELD, grip="pinch"))
