@@ -1,0 +1,42 @@
+"""Checks of single numbers from outside; each raises InputError naming the key."""
+
+from __future__ import annotations
+
+import math
+import numbers
+
+from drake_racket.errors import InputError
+
+
+def check_finite(key: str, value: object) -> None:
+    """A real number that is finite as a float; true and false are no numbers."""
+    try:
+        finite = (
+            isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)
+        )
+    except OverflowError:  # an int beyond the floats
+        finite = False
+    if not finite:
+        raise InputError(key, value, "a finite number")
+
+
+def check_positive(**values: float) -> None:
+    """Finite and more than 0."""
+    for key, value in values.items():
+        check_finite(key, value)
+        if not value > 0.0:
+            raise InputError(key, value, "more than 0")
+
+
+def check_not_negative(**values: float) -> None:
+    """Finite and 0 or more."""
+    for key, value in values.items():
+        check_finite(key, value)
+        if value < 0.0:
+            raise InputError(key, value, "0 or more")
+
+
+def check_result(keys: str, *results: float) -> None:
+    """Numbers may each be sensible and overflow or vanish together: the first result is > 0."""
+    if not all(math.isfinite(r) for r in results) or not results[0] > 0.0:
+        raise InputError(keys, results, "numbers whose results are finite and more than 0")
