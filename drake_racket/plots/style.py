@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from drake_racket.parameters import RacketParameters
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Okabe & Ito's palette: told apart by colour-blind readers and, by lightness, in print
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
@@ -27,7 +30,7 @@ def tidy(axes: Any) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def new_figure(width: float, height: float) -> Any:
+def new_figure(width: float, height: float) -> Figure:
     """A figure (inches) that needs no display."""
     from matplotlib.figure import Figure
 
@@ -48,7 +51,7 @@ def draw_outline(axes: Any, racket: RacketParameters, *, along_x: bool = True) -
     a, b, centre = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value, length + bed.gsc.value
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     rim = np.stack([centre + a * np.cos(angle), b * np.sin(angle)])
-    width, shaft = GRIP_HALF_WIDTH, length - 0.02
+    width, shaft = GRIP_HALF_WIDTH, centre - a - 0.05
     at = np.radians(140.0)
     joins = centre + a * np.cos(at), b * np.sin(at)
     handle = np.array([[shaft, 0.0, 0.0, shaft], [width, width, -width, -width]])
