@@ -167,6 +167,23 @@ class StringBedModel:
     lengths: NDArray[np.float64]
 
 
+def spring_constants(model: StringBedModel) -> NDArray[np.float64]:
+    """The (4, 24) constants of the law (see `tensions`) of a string-bed's numbers."""
+    k, p = np.asarray(model.stiffness, dtype=float), np.asarray(model.rim_factors, dtype=float)
+    constants: NDArray[np.float64] = _resolve(
+        model, k, p, [model.initial_tension], [model.damping], model.lengths
+    )
+    return constants
+
+
+def _resolve(model: StringBedModel, k: Any, p: Any, t0: Any, c: Any, length0: Any) -> Any:
+    """Named parameters into the constants of the law; T0 and c as arrays of one."""
+    factors = np.append(p, 1.0 + 0.0 * k[0])  # index -1: a spring without a rim factor
+    stiffness = k[model.stiffness_index] * factors[model.rim_factor_index]
+    slack = t0[0] - stiffness * length0  # tension that a spring would have at no length
+    return np.stack([stiffness, slack, length0 * length0, np.array([c[0]] * 24)])
+
+
 @dataclass(frozen=True)
 class StringCoordinates:
     """Where the nine string joints sit in the plant's state vector [q; v]."""
@@ -248,10 +265,7 @@ def StringBed_(T: Any) -> Any:
             k, p, t0, c, length0 = (
                 context.get_numeric_parameter(i).CopyToVector() for i in range(5)
             )
-            factors = np.append(p, T(1.0))  # index -1: a spring without a rim factor
-            stiffness = k[self.model.stiffness_index] * factors[self.model.rim_factor_index]
-            slack = t0[0] - stiffness * length0  # tension that a spring would have at no length
-            value.set_value(np.stack([stiffness, slack, length0 * length0, np.array([c[0]] * 24)]))
+            value.set_value(_resolve(self.model, k, p, t0, c, length0))
 
         def _calc_force(self, context: Any, output: Any) -> None:
             state = self._state.Eval(context)

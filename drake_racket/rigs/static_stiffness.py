@@ -1,0 +1,160 @@
+"""The string-bed pressed slowly: deflection and stiffness by point, with the head held.
+
+A force on one string mass along the head's normal is balanced by the springs (the law of
+`strings`, no contact and no dynamics):
+
+    F e_p + f(z) = 0,       f = -A^T (T dz / L).
+
+The secant stiffness F / |z_p| grows with the force: at small deflection the bed is as stiff as its
+tension makes it, K = A^T diag(T0 / L0) A; at large deflection as its springs do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import root
+
+from drake_racket.errors import InputError
+from drake_racket.parameters import RACKETS, TENSIONS, RacketParameters, load_racket
+from drake_racket.racket import string_bed_model
+from drake_racket.strings import INCIDENCE, generalized_forces, spring_constants
+
+if TYPE_CHECKING:
+    import xarray
+
+POINTS = tuple(range(1, 10))
+FORCES = (1.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 800.0, 1000.0, 1200.0)
+"""N; impacts at 18-33 m/s peak at 0.6 to 1.3 kN."""
+
+MOST_FORCE = 20e3  # N
+
+
+def tangent_stiffness(
+    z: NDArray[np.float64], constants: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """-df/dz (N/m), (9, 9), symmetric: A^T diag(T L0^2 / L^3 + k dz^2 / L^2) A.
+
+    Args:
+        z: (9,) deflections (m).  constants: (4, 24), see `strings.tensions`.
+
+    """
+    k, slack, length0_squared, _ = constants
+    dz = INCIDENCE @ z
+    length_squared = dz * dz + length0_squared
+    length = np.sqrt(length_squared)
+    tension = slack + k * length
+    slope = tension * length0_squared / (length_squared * length) + k * dz * dz / length_squared
+    stiffness: NDArray[np.float64] = (INCIDENCE.T * slope) @ INCIDENCE
+    return stiffness
+
+
+def static_deflection(racket: RacketParameters, point: int, force: float) -> NDArray[np.float64]:
+    """Deflections (m) along the head's z, (9,), under `force` (N) along -z at `point`.
+
+    Raises:
+        InputError: unknown point, or a force that is not 0 to 20 kN.
+
+    """
+    if point not in POINTS:
+        raise InputError("point", point, "1 to 9")
+    if not 0.0 <= force <= MOST_FORCE:
+        raise InputError("force", force, f"0 to {MOST_FORCE:g} N")
+    constants = spring_constants(string_bed_model(racket))
+    load = np.zeros(9)
+    load[point - 1] = -force
+    still = np.zeros(9)
+
+    # the springs only stiffen, so Newton from the linear answer overshoots and then comes back
+    start = np.linalg.solve(tangent_stiffness(still, constants), load)
+    answer = root(
+        lambda z: -generalized_forces(z, still, constants) - load,
+        start,
+        jac=lambda z: tangent_stiffness(z, constants),
+        method="hybr",
+        options={"xtol": 1e-13, "maxfev": 1000},
+    )
+    residual = float(np.max(np.abs(answer.fun)))
+    if residual > 1e-9 * max(force, 1.0):
+        raise ArithmeticError(f"no equilibrium found at point {point}: residual {residual:g} N")
+    z: NDArray[np.float64] = answer.x
+    return z
+
+
+def stiffness_dataset(
+    *,
+    rackets: Sequence[str] = RACKETS,
+    tensions: Sequence[str] = TENSIONS,
+    points: Sequence[int] = POINTS,
+    forces: Sequence[float] = FORCES,
+) -> xarray.Dataset:
+    """Force-deflection curves and stiffness of every bed and point.
+
+    Returns:
+        A Dataset over (racket, tension, point, force): deflection (m, at the loaded point), secant
+        and tangent stiffness (N/m).
+
+    Raises:
+        InputError: unknown racket, tension or point, or forces that are not above 0.
+
+    """
+    import xarray
+
+    if any(not force > 0.0 for force in forces):
+        raise InputError("forces", list(forces), "forces above 0 N")
+    shape = len(rackets), len(tensions), len(points), len(forces)
+    deflection, tangent = np.empty(shape), np.empty(shape)
+    for i, racket_name in enumerate(rackets):
+        for j, tension in enumerate(tensions):
+            racket = load_racket(racket_name, tension)
+            constants = spring_constants(string_bed_model(racket))
+            for k, point in enumerate(points):
+                for n, force in enumerate(forces):
+                    z = static_deflection(racket, point, force)
+                    deflection[i, j, k, n] = -z[point - 1]
+                    compliance = np.linalg.inv(tangent_stiffness(z, constants))
+                    tangent[i, j, k, n] = 1.0 / compliance[point - 1, point - 1]
+    dimensions = "racket", "tension", "point", "force"
+    secant = np.asarray(forces) / deflection
+    return xarray.Dataset(
+        {
+            name: (dimensions, values, {"units": units, "long_name": text})
+            for name, values, units, text in (
+                ("deflection", deflection, "m", "deflection of the loaded string mass"),
+                ("secant_stiffness", secant, "N/m", "force over deflection"),
+                ("tangent_stiffness", tangent, "N/m", "slope of force over deflection"),
+            )
+        },
+        coords={
+            "racket": list(rackets),
+            "tension": list(tensions),
+            "point": list(points),
+            "force": ("force", list(forces), {"units": "N"}),
+        },
+        attrs={"title": "String-bed pressed slowly at one point, head held"},
+    )
+
+
+def mean_difference(dataset: xarray.Dataset) -> xarray.Dataset:
+    """How well two beds match: the relative difference of secant stiffness, over all pairs.
+
+    For beds a and b at one force, the mean over points of |ka - kb| / ((ka + kb) / 2).
+
+    Args:
+        dataset: from `stiffness_dataset`.
+
+    Returns:
+        A Dataset over (bed, other, force); beds are named `tour low` and so on.
+
+    """
+    stacked: xarray.DataArray = dataset["secant_stiffness"].stack(bed=("racket", "tension"))
+    names = [" ".join(pair) for pair in stacked["bed"].to_numpy()]
+    beds = stacked.drop_vars(["bed", "racket", "tension"]).assign_coords(bed=names)
+    others = beds.rename(bed="other")
+    difference: xarray.DataArray = abs(beds - others) / (0.5 * (beds + others))
+    difference = difference.mean(dim="point").transpose("bed", "other", "force")
+    difference.attrs = {"units": "1", "long_name": "mean relative difference of secant stiffness"}
+    return difference.to_dataset(name="difference")
