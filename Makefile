@@ -1,18 +1,22 @@
 # make impact   one real tennis impact, with numbers, a log and a plot in impact_out/
 # make test     the tests
+# make validate   the validation report in docs/validation/, in a few minutes
 # make check  format, lint and types      make sdf   the models under sdf/, from the parameters
 # Each makes .venv if needed and installs the project there. PYTHON=python3.12 takes another Python.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: impact test check sdf clean
+.PHONY: impact test validate check sdf clean
 
 impact: $(VENV)/.installed-fast
 	$(BIN)/drake-racket impact --out impact_out
 
 test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n auto
+
+validate: $(VENV)/.installed-fast
+	$(BIN)/drake-racket validate --out docs/validation
 
 check: $(VENV)/.installed-test
 	$(BIN)/ruff format --check .
