@@ -11,8 +11,8 @@ from pydrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
 from drake_racket import InputError, IntegratorSettings, Scenario, make_impact_diagram, simulate
 from drake_racket.grip import load_grip
 
-
 TIGHT = IntegratorSettings(accuracy=2e-6, maximum_step=5e-5)
+
 HELD = Scenario(support="grip", point="4", incidence_deg=17.0, after=0.008)
 
 

@@ -74,19 +74,16 @@ def bed_maps(dataset: xarray.Dataset, name: str, *, scale: float = 1.0, title: s
     values = dataset[name] * scale
     other = next(d for d in map(str, values.dims) if d not in ("racket", "point"))
     rackets, labels = dataset["racket"].to_numpy(), dataset[other].to_numpy()
-    figure = new_figure(2.6 * len(rackets) * len(labels) + 0.9, 4.6)
-    panels = figure.subplots(1, len(rackets) * len(labels), squeeze=False)[0]
+    figure = new_figure(2.6 * len(labels) + 1.3, 3.6 * len(rackets) + 0.4)
+    panels = figure.subplots(len(rackets), len(labels), squeeze=False)
     low, high = float(values.min()), float(values.max())
-    number = 0
-    for racket_name in rackets:
+    for racket_name, row in zip(rackets, panels, strict=True):
         racket = load_racket(str(racket_name))
-        for label in labels:
-            axes = panels[number]
-            number += 1
+        for label, axes in zip(labels, row, strict=True):
             drawn = values.sel({"racket": racket_name, other: label})
             dots = _draw_points(axes, racket, drawn, (low, high))
             axes.set_title(f"{racket_name}, {str(label).replace('_', ' ')}", fontsize=10)
-    bar = figure.colorbar(dots, ax=list(panels), shrink=0.7)
+    bar = figure.colorbar(dots, ax=panels, shrink=0.6)
     units = dataset[name].attrs["units"]
     bar.set_label(name.replace("_", " ") + ("" if units == "1" else f" ({_unit(units, scale)})"))
     figure.suptitle(title or dataset.attrs.get("title", ""))
@@ -109,7 +106,7 @@ def _draw_points(axes: Any, racket: Any, values: xarray.DataArray, limits: Any) 
     )
     for x, y, number in zip(across, along, numbers, strict=True):
         dark = number < low + 0.5 * (high - low)
-        text = f"{number:.3g}"
+        text = f"{number:.0f}" if abs(number) >= 100.0 else f"{number:.3g}"
         colour = "white" if dark else "black"
         axes.text(x, y, text, ha="center", va="center", color=colour, fontsize=7.5, zorder=3)
     length = 1e3 * racket.handle.length.value

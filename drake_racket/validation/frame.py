@@ -11,7 +11,7 @@ from drake_racket.plots.force_plate import force_plate_figure
 from drake_racket.plots.impact_hammer import hammer_figure
 from drake_racket.plots.inertia_bench import inertia_bench_figure
 from drake_racket.plots.modes import frame_modes_figure, grip_figure, string_modes_figure
-from drake_racket.rigs.bending_mode import acceleration_signal
+from drake_racket.rigs.bending_mode import acceleration_signal, bending_mode
 from drake_racket.rigs.cases import Progress
 from drake_racket.rigs.force_plate import make_force_plate, plate_dataset
 from drake_racket.rigs.frame_modes import (
@@ -140,10 +140,15 @@ def impact_hammer(plan: Plan, progress: Progress) -> Outcome:
             values[f"hammer.{racket}.{direction}"] = found.frequency
             stiffness, damping = getattr(parameters.throat_joint, direction)()
             omega = 2.0 * np.pi * found.frequency
+            mode = bending_mode(parameters, direction)
+            place = strikes[direction].attrs["place_m"]
+            at_grip = mode.ringing_per_impulse(0.1) / mode.ringing_per_impulse(place)
             lines.append(
                 f"- {racket}, {direction.replace('_', ' ')}: logarithmic decrement"
                 f" {found.logarithmic_decrement:.4f}, damping ratio {found.damping_ratio:.4f}"
-                f" (from Table 2: cf ω / 2 kf = {0.5 * damping * omega / stiffness:.4f})"
+                f" (from Table 2: cf ω / 2 kf = {0.5 * damping * omega / stiffness:.4f});"
+                f" {1e3 * abs(place - mode.node):.0f} mm from the node of bending"
+                f" (100 mm from the butt it would ring {at_grip:.1f} times as strongly)"
             )
             published[direction] = published_fundamentals(racket)[PLANES.index(direction)]
         datasets |= {f"{racket}_{direction}": strike for direction, strike in strikes.items()}
@@ -154,7 +159,10 @@ def impact_hammer(plan: Plan, progress: Progress) -> Outcome:
         progress(n + 1, len(RACKETS))
     text = [
         "The bare racket hangs freely and is struck in the middle of its handle; the acceleration"
-        " opposite is analysed for 100 ms.",
+        " opposite is analysed for 100 ms. Half way up the handle is read as half the length of the"
+        " handle part, which lies near the handle's node of bending: frequency and damping do not"
+        " depend on the place, but how strongly it rings does. Half way up a grip of 200 mm is the"
+        " other reading (`python studies/impact_hammer.py --place 0.1`).",
         "\n".join(lines),
     ]
     return Outcome(values, text, datasets, figures)

@@ -107,7 +107,9 @@ def oblique(plan: Plan, progress: Progress) -> Outcome:
 
     def span(**where: str) -> str:
         part = angle.sel(where)
-        return f"{float(part.min()):.1f} to {float(part.max()):.1f}°"
+        return (
+            " to ".join(f"{round(float(x), 1) + 0.0:.1f}" for x in (part.min(), part.max())) + "°"
+        )
 
     slide = 1e3 * _slide(dataset.sel(angle_reading="from_plane", friction_reading="velocity"))
     text = [

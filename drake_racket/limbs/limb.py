@@ -1,0 +1,45 @@
+"""A limb in a plant: the handles that the rest of the package needs, whoever built it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
+
+
+@dataclass(frozen=True)
+class Limb:
+    """Handles to a limb.
+
+    Attributes:
+        plant: the plant that holds it.
+        model_instances: of its bodies.
+        hand: the frame H on which the racket's grip frame lies (x along the racket from butt to
+            tip, z normal to the strings on the side the ball comes from).
+        joints: those with degrees of freedom, from the trunk to the hand.
+
+    """
+
+    plant: MultibodyPlant
+    model_instances: tuple[ModelInstanceIndex, ...]
+    hand: Frame
+    joints: tuple[Joint, ...]
+
+    def joint_names(self) -> list[str]:
+        """Names of the joints, in order."""
+        return [joint.name() for joint in self.joints]
+
+    def position_indices(self) -> NDArray[np.int64]:
+        """Where the joints' positions sit in the finalized plant's q, in order."""
+        return np.concatenate(
+            [j.position_start() + np.arange(j.num_positions()) for j in self.joints]
+        )
+
+    def velocity_indices(self) -> NDArray[np.int64]:
+        """Where the joints' velocities sit in the finalized plant's v, in order."""
+        return np.concatenate(
+            [j.velocity_start() + np.arange(j.num_velocities()) for j in self.joints]
+        )
