@@ -239,7 +239,9 @@ SIGNED = {(balance_point, "edge_distance"), (swingweight, "balance")}
 
 
 @pytest.mark.parametrize(
-    ("function", "key"), [(f, k) for f, keys in CALLS.items() for k in keys], ids=lambda x: str(x)
+    ("function", "key"),
+    [(f, k) for f, keys in CALLS.items() for k in keys],
+    ids=lambda x: getattr(x, "__name__", x),
 )
 def test_bad_numbers_are_named(function, key):
     function(**CALLS[function])
