@@ -1,12 +1,17 @@
-"""A hand on the racket's grip: six spring-dampers between a hand frame and the racket.
+"""A hand on the racket's grip, of one of three kinds.
 
-One `LinearBushingRollPitchYaw` holds the racket's grip frame G at the user's hand frame H, which
-may be fixed in the world or sit on an arm: torques -k q - c qdot on roll, pitch and yaw of G in H,
-and forces -K p - D pdot along its axes. At rest G lies on H. King, Kentel & Mitchell (2012),
-J. Biomech. 45:1048-1052, represent grip tightness by the three torsional spring-dampers.
+    weld        the racket's grip frame G is fixed on the user's hand frame H
+    torsional   G turns about H's origin against three torsional spring-dampers: translation is
+                fixed, as in King, Kentel & Mitchell (2012), J. Biomech. 45:1048-1052
+    compliant   three torsional and three translational spring-dampers
 
-No source at hand prints the numbers: the shipped ones are inferred, and every use of them should
-show what another grip does (`GripStiffness.scaled`).
+The spring-dampers are one `LinearBushingRollPitchYaw`: torques -k q - c qdot on roll, pitch and yaw
+of G in H, and forces -K p - D pdot along its axes. At rest G lies on H. H may be fixed in the world
+or sit on an arm.
+
+No source at hand prints the numbers: the shipped ones are inferred. The default, `normal`, is the
+stiffness that the soft tissue of a palm has over the breadth of a hand (data/grip_normal.yaml);
+every use should show what another grip does (`loose`, `tight`, `GripStiffness.scaled`).
 """
 
 import dataclasses
@@ -16,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, LinearBushingRollPitchYaw
+from pydrake.multibody.tree import BallRpyJoint, Frame, Joint, LinearBushingRollPitchYaw
 from pydrake.systems.framework import Context
 
 from drake_racket.errors import InputError
@@ -25,7 +30,10 @@ from drake_racket.quantities import Quantities, check_fields, many
 from drake_racket.racket import Racket
 from drake_racket.typed_yaml import load_file
 
-GRIPS = ("hand",)
+GRIPS = ("loose", "normal", "tight")
+
+GRIP_KINDS = ("compliant", "torsional", "weld")
+"""Six spring-dampers; three torsional ones about a point that the hand holds; or rigid."""
 
 
 @dataclass
@@ -73,7 +81,7 @@ def _times(values: Quantities, factor: float) -> Quantities:
     return Quantities(scaled, values.unit, "inferred", f"{factor:g} times: {values.source}")
 
 
-def load_grip(grip: str = "hand") -> GripStiffness:
+def load_grip(grip: str = "normal") -> GripStiffness:
     """Loads the shipped grip by name, or any grip from its YAML file.
 
     Raises:
@@ -105,30 +113,47 @@ class Grip:
     """Handles to a grip in a plant.
 
     Attributes:
+        kind: one of GRIP_KINDS.
         hand_frame: H, on whatever holds the racket.
         racket_frame: G, on the racket; it lies on H at rest.
-        bushing: its roll, pitch and yaw are those of G in H.
+        bushing: its roll, pitch and yaw are those of G in H; None for a weld.
+        joint: the weld or ball joint from H to G; None for a compliant grip.
 
     """
 
     plant: MultibodyPlant
+    kind: str
     hand_frame: Frame
     racket_frame: Frame
-    bushing: LinearBushingRollPitchYaw
+    bushing: LinearBushingRollPitchYaw | None
+    joint: Joint | None
 
     def set_stiffness(self, root: Context, grip: GripStiffness) -> None:
         """Writes another grip into a Context: the plant's, or one of a Diagram that holds it.
+
+        A weld has no stiffness: nothing to write.
 
         Raises:
             InputError: the grip is not valid.
 
         """
         check_grip(grip)
+        if self.bushing is None:
+            return
+        torque_k, torque_c, force_k, force_c = _constants(grip, self.kind)
         context = self.plant.GetMyMutableContextFromRoot(root)
-        self.bushing.SetForceStiffnessConstants(context, grip.force_stiffness.value)
-        self.bushing.SetForceDampingConstants(context, grip.force_damping.value)
-        self.bushing.SetTorqueStiffnessConstants(context, grip.torque_stiffness.value)
-        self.bushing.SetTorqueDampingConstants(context, grip.torque_damping.value)
+        self.bushing.SetTorqueStiffnessConstants(context, torque_k)
+        self.bushing.SetTorqueDampingConstants(context, torque_c)
+        self.bushing.SetForceStiffnessConstants(context, force_k)
+        self.bushing.SetForceDampingConstants(context, force_c)
+
+
+def _constants(grip: GripStiffness, kind: str) -> list[list[float]]:
+    """Torque stiffness and damping, force stiffness and damping of the bushing."""
+    forces = [grip.force_stiffness.value, grip.force_damping.value]
+    if kind == "torsional":  # the joint holds the point
+        forces = [[0.0] * 3, [0.0] * 3]
+    return [grip.torque_stiffness.value, grip.torque_damping.value, *forces]
 
 
 def add_grip(
@@ -137,29 +162,40 @@ def add_grip(
     hand_frame: Frame,
     grip: GripStiffness,
     *,
+    kind: str = "compliant",
     held_at: str = "grip",
 ) -> Grip:
-    """Holds a free racket at `hand_frame` by a grip's spring-dampers. Before `Finalize`.
+    """Holds a racket that was added free at `hand_frame`. Before `Finalize`.
 
-    The bushing only pulls the two frames together: put the racket where its grip frame lies on the
-    hand frame (`plant.SetFreeBodyPose` of the handle) for a start without force.
+    A compliant grip only pulls the two frames together: put the racket where its grip frame lies on
+    the hand frame (`plant.SetFreeBodyPose` of the handle) for a start without force. The other two
+    make the racket part of the hand's tree.
 
     Args:
+        kind: one of GRIP_KINDS.
         held_at: the racket's frame that lies in the hand: grip, butt, ...
 
     Raises:
-        InputError: the plant is finalized, the grip is not valid, or the frame is unknown.
+        InputError: the plant is finalized, the grip or the kind is not valid, or the frame is
+            unknown.
 
     """
     if plant.is_finalized():
         raise InputError("add_grip: plant", "finalized", "a plant before Finalize()")
+    if kind not in GRIP_KINDS:
+        raise InputError("add_grip: kind", kind, ", ".join(GRIP_KINDS))
     check_grip(grip)
     racket_frame = racket.frame(held_at)
-    constants: list[Any] = [
-        grip.torque_stiffness.value,
-        grip.torque_damping.value,
-        grip.force_stiffness.value,
-        grip.force_damping.value,
-    ]
-    bushing = plant.AddForceElement(LinearBushingRollPitchYaw(hand_frame, racket_frame, *constants))
-    return Grip(plant, hand_frame, racket_frame, bushing)
+    joint: Any = None
+    bushing: Any = None
+    if kind == "weld":
+        joint = plant.WeldFrames(hand_frame, racket_frame)
+    elif kind == "torsional":
+        name = f"{plant.GetModelInstanceName(racket.model_instance)}_grip"
+        joint = plant.AddJoint(BallRpyJoint(name, hand_frame, racket_frame))
+    if kind != "weld":
+        constants: list[Any] = _constants(grip, kind)
+        bushing = plant.AddForceElement(
+            LinearBushingRollPitchYaw(hand_frame, racket_frame, *constants)
+        )
+    return Grip(plant, kind, hand_frame, racket_frame, bushing, joint)

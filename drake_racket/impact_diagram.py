@@ -78,6 +78,11 @@ class ImpactDiagram:
         self._set_initial_state(root, scenario, racket)
         return root
 
+    def _racket_floats(self) -> bool:
+        return self.scenario.support == "free" or (
+            self.grip is not None and self.grip.kind == "compliant"
+        )
+
     def _ball_parameters(self) -> BallParameters:
         assert self.impact.ball is not None
         return self.impact.ball.parameters
@@ -88,7 +93,7 @@ class ImpactDiagram:
         plant, ball = self.plant, self.impact.ball
         assert ball is not None
         context = plant.GetMyMutableContextFromRoot(root)
-        if scenario.support in ("free", "grip"):
+        if self._racket_floats():
             plant.SetFreeBodyPose(context, self.impact.racket.handle, _IDENTITY)
         velocity = scenario.ball_velocity()
         start = scenario.aim(racket) - scenario.approach_time * velocity
@@ -101,6 +106,7 @@ def topology(scenario: Scenario, racket: RacketParameters, ball: BallParameters)
     bed = racket.string_bed
     return (
         scenario.support,
+        scenario.grip_kind if scenario.support == "grip" else "",
         scenario.time_step,
         tuple(scenario.gravity),
         scenario.audit,
@@ -126,7 +132,9 @@ def make_impact_diagram(scenario: Scenario | None = None) -> ImpactDiagram:
     plant = builder.AddNamedSystem("plant", MultibodyPlant(scenario.time_step))
     grip = None
     if scenario.support == "grip":
-        racket, grip = add_hand_held_racket(plant, scenario.load_racket(), scenario.load_grip())
+        racket, grip = add_hand_held_racket(
+            plant, scenario.load_racket(), scenario.load_grip(), kind=scenario.grip_kind
+        )
     else:
         racket = add_supported_racket(plant, scenario.load_racket(), scenario.support)
     ball = add_ball(plant, scenario.load_ball())

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.errors import InputError
-from drake_racket.grip import GripStiffness, load_grip
+from drake_racket.grip import GRIP_KINDS, GripStiffness, load_grip
 from drake_racket.parameters import (
     BallParameters,
     RacketParameters,
@@ -47,7 +47,8 @@ class Scenario:
         friction_reading, reaction_point: see `diagram.add_impact`.
         support: `free`, `clamped_head` (head welded to the world), `clamped_handle`, or `grip`
             (a hand fixed in the world; see `grip`).
-        grip: with that support, the grip by name or its file: `grip.load_grip`.
+        grip, grip_kind: of the hand, by name or file: `loose`, `normal`, `tight`; and `compliant`,
+            `torsional` or `weld` (see `grip`).
         point: `1` to `9`, or `auto` for the point nearest to the ball at touch.
         offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre).
         speed: of the ball.  incidence_deg: from the normal of the strings.  azimuth_deg: direction
@@ -66,7 +67,8 @@ class Scenario:
     friction_reading: str = "velocity"
     reaction_point: str = "ball"
     support: str = "free"
-    grip: str = "hand"
+    grip: str = "normal"
+    grip_kind: str = "compliant"
     point: str = "5"
     offset_x: float = 0.0
     offset_y: float = 0.0
@@ -134,6 +136,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "friction_reading": FRICTION_READINGS,
     "reaction_point": REACTION_POINTS,
     "support": SUPPORTS,
+    "grip_kind": GRIP_KINDS,
     "point": ("1", "2", "3", "4", "5", "6", "7", "8", "9", "auto"),
 }
 

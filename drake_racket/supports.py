@@ -56,12 +56,16 @@ def add_hand_held_racket(
     parameters: RacketParameters,
     grip: GripStiffness,
     *,
+    kind: str = "compliant",
     name: str = "racket",
     strung: bool = True,
 ) -> tuple[Racket, Grip]:
     """Adds a racket held at its grip frame by a hand that is fixed in the world. Before `Finalize`.
 
-    At rest R is the world's frame; the racket is a free body: start it there.
+    At rest R is the world's frame; with a compliant grip the racket is a free body: start it there.
+
+    Args:
+        kind: of the grip: compliant, torsional or weld.
 
     Raises:
         InputError: the grip is not valid, or as `add_racket`.
@@ -70,4 +74,4 @@ def add_hand_held_racket(
     racket = add_racket(plant, parameters, name=name, strung=strung)
     place = RigidTransform([parameters.landmarks.grip.value, 0.0, 0.0])
     hand = plant.AddFrame(FixedOffsetFrame(f"{name}_hand", plant.world_frame(), place))
-    return racket, add_grip(plant, racket, hand, grip)
+    return racket, add_grip(plant, racket, hand, grip, kind=kind)

@@ -113,6 +113,55 @@ def test_the_load_converts_to_autodiff():
     assert load[5].derivatives()[place] == pytest.approx(stiffness)
 
 
+@pytest.mark.parametrize("kind", ["torsional", "weld"])
+def test_the_load_of_a_joint_is_what_momentum_lacks(kind):
+    """As for the compliant grip: the reaction of the joint, summed, is the momentum that is gone."""
+    case = dataclasses.replace(HELD, grip_kind=kind, integrator=TIGHT)
+    system = make_impact_diagram(case)
+    result = simulate(case, system)
+    history = result.history
+    time = history["time"].to_numpy()
+    context = system.plant.CreateDefaultContext()
+    mass = system.plant.CalcTotalMass(context, [system.impact.racket.model_instance])
+    ball = system.impact.ball.parameters.mass.value
+    lost = (
+        ball * (history["ball_velocity"][0] - history["ball_velocity"][-1]).to_numpy()
+        - mass * result.racket_velocity
+    )
+    impulse = np.trapezoid(history["hand_force"].to_numpy(), time, axis=0)
+    np.testing.assert_allclose(impulse, lost, atol=2e-4)
+    assert np.linalg.norm(impulse) > 0.1
+    assert result.energy_error < 1e-6
+
+
+def test_a_weld_to_a_fixed_hand_is_a_clamped_handle():
+    case = dataclasses.replace(HELD, grip_kind="weld", audit=False)
+    held = simulate(case, history=False)
+    clamped = simulate(dataclasses.replace(case, support="clamped_handle"), history=False)
+    np.testing.assert_allclose(held.rebound_velocity, clamped.rebound_velocity, rtol=1e-12)
+
+
+def test_a_torsional_grip_holds_its_point():
+    system = make_impact_diagram(dataclasses.replace(HELD, grip_kind="torsional"))
+    result = simulate(dataclasses.replace(HELD, grip_kind="torsional"), system)
+    grip = system.impact.racket.parameters.landmarks.grip.value
+    butt = result.history["butt_position"].to_numpy()
+    # the butt stays on a sphere about the grip's place
+    distance = np.linalg.norm(butt - [grip, 0.0, 0.0], axis=1)
+    np.testing.assert_allclose(distance, grip, rtol=1e-9)
+    assert np.ptp(butt[:, 2]) > 1e-3
+
+
+def test_presets_keep_the_damping_ratio_of_the_normal_grip():
+    normal = load_grip()
+    for name, factor in (("loose", 0.25), ("tight", 4.0)):
+        grip, scaled = load_grip(name), normal.scaled(factor)
+        for key in ("force_stiffness", "force_damping", "torque_stiffness", "torque_damping"):
+            assert getattr(grip, key).value == pytest.approx(getattr(scaled, key).value)
+
+
 def test_an_unknown_grip_is_refused():
     with pytest.raises(InputError, match="grip"):
         simulate(dataclasses.replace(HELD, grip="pinch"))
+    with pytest.raises(InputError, match="grip_kind"):
+        simulate(dataclasses.replace(HELD, grip_kind="glue"))

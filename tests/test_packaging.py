@@ -17,7 +17,9 @@ from drake_racket.models import data_directory, sdf_directory
 ROOT = Path(__file__).resolve().parents[1]
 DATA = {
     "ball_penn_titanium.yaml",
-    "grip_hand.yaml",
+    "grip_loose.yaml",
+    "grip_normal.yaml",
+    "grip_tight.yaml",
     "published.yaml",
     "recreational_high.yaml",
     "recreational_low.yaml",

@@ -126,7 +126,7 @@ def modes_dataset(
 
 def modes_grip(support: str, grip: GripStiffness | None) -> str:
     """Name of the grip for a Dataset's attributes."""
-    return "none" if support != "grip" else "hand" if grip is None else grip.name
+    return "none" if support != "grip" else "normal" if grip is None else grip.name
 
 
 def _frequency_variables(modes: Modes) -> dict[str, Any]:

@@ -244,6 +244,7 @@ def _strain_shares(
         energies[:, 2] = np.einsum("ij,ik,kj->j", shapes[at], block, shapes[at])
     if system.grip is not None:
         context, bushing = system.plant_context(), system.grip.bushing
+        assert bushing is not None  # the modal rig's grip is compliant
         jacobian = plant.CalcJacobianSpatialVelocity(
             context,
             JacobianWrtVariable.kV,
