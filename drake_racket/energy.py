@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,10 @@ from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, Lea
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.diagram import Impact
+from drake_racket.limbs.limb_power import LOST_JOINTS, LOST_LIMITS, TORQUE_WORK, limb_potential
+
+if TYPE_CHECKING:
+    from drake_racket.limbs.striking_limb import StrikingLimb
 
 LOST_BALL, LOST_FRICTION, COUPLE, IMPULSE, LOST_JOINT, LOST_STRINGS = 0, 1, 2, slice(3, 6), 6, 7
 GRIP, TOTALS = 8, 9
@@ -138,9 +142,10 @@ class Balance:
     ball: kinetic. contact: stored in the compressed ball. rigid_motion: of the racket as one rigid
     body with its momentum (0 if clamped). bending: stored at the joint, and the frame's kinetic
     energy beyond the rigid motion. strings: stored, and kinetic relative to the head. gravity:
-    potential above the start. grip: gone into a hand's springs and dampers. lost_*: given up so
-    far; lost_ball includes what compression was left at release. couple: gained from forces that
-    act along different lines.
+    potential of racket and ball. grip: gone into a hand's springs and dampers. limb: kinetic,
+    potential, and stored at its joints' limits; torque_work: done by its joint torques. lost_*:
+    given up so far; lost_ball includes what compression was left at release. couple: gained from
+    forces that act along different lines.
     """
 
     ball: float
@@ -150,6 +155,9 @@ class Balance:
     strings: float
     gravity: float
     grip: float
+    limb: float
+    torque_work: float
+    lost_limb: float
     lost_ball: float
     lost_friction: float
     lost_joint: float
@@ -170,6 +178,9 @@ class Balance:
             + self.strings
             + self.gravity
             + self.grip
+            + self.limb
+            + self.lost_limb
+            - self.torque_work
             + self.lost_ball
             + self.lost_friction
             + self.lost_joint
@@ -195,11 +206,19 @@ def rigid_motion(impact: Impact, plant_context: Context) -> RigidMotion:
     return RigidMotion(mass, v, w, energy)
 
 
-def balance(impact: Impact, meter: Any, root: Context, *, held: bool) -> Balance:
+def balance(
+    impact: Impact,
+    meter: Any,
+    root: Context,
+    *,
+    held: bool,
+    limb: StrikingLimb | None = None,
+) -> Balance:
     """The balance of one racket and one ball at the state of `root`.
 
     Args:
         held: the racket is welded to the world; its rigid motion then counts as bending.
+        limb: that holds the racket.
 
     """
     racket, ball = impact.racket, impact.ball
@@ -237,6 +256,7 @@ def balance(impact: Impact, meter: Any, root: Context, *, held: bool) -> Balance
         strings=float(strings) + string_motion,
         gravity=-plant.CalcTotalMass(context, both) * float(gravity @ com),
         grip=float(totals[GRIP]),
+        **_limb_energies(limb, root),
         lost_ball=float(totals[LOST_BALL]) + record.energy_given_up,
         lost_friction=float(totals[LOST_FRICTION]),
         lost_joint=float(totals[LOST_JOINT]),
@@ -247,6 +267,25 @@ def balance(impact: Impact, meter: Any, root: Context, *, held: bool) -> Balance
         ball_momentum=ball_momentum,
         impulse_on_ball=totals[IMPULSE].copy(),
     )
+
+
+def _limb_energies(limb: StrikingLimb | None, root: Context) -> dict[str, float]:
+    if limb is None:
+        return {"limb": 0.0, "torque_work": 0.0, "lost_limb": 0.0}
+    plant = limb.limb.plant
+    context = plant.GetMyContextFromRoot(root)
+    energy = _kinetic_energy(plant, context, limb.bodies)
+    energy += limb_potential(limb.limb, plant, context)
+    if limb.limits is not None:
+        port = limb.limits.GetOutputPort("energy")
+        energy += float(port.Eval(limb.limits.GetMyContextFromRoot(root))[0])
+    assert limb.energy is not None
+    totals = limb.energy.get_output_port().Eval(limb.energy.GetMyContextFromRoot(root))
+    return {
+        "limb": energy,
+        "torque_work": float(totals[TORQUE_WORK]),
+        "lost_limb": float(totals[LOST_JOINTS] + totals[LOST_LIMITS]),
+    }
 
 
 def _kinetic_energy(plant: MultibodyPlant, context: Context, bodies: Iterable[RigidBody]) -> float:

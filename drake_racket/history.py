@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.math import RollPitchYaw
 
+from drake_racket.limbs.stroke import coordinate_names
 from drake_racket.strings import SPRING_NAMES
 
 if TYPE_CHECKING:
@@ -29,6 +32,9 @@ _ENERGIES = (
     "strings",
     "gravity",
     "grip",
+    "limb",
+    "torque_work",
+    "lost_limb",
     "lost_ball",
     "lost_friction",
     "lost_joint",
@@ -55,8 +61,15 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
         return np.array([row[name] for row in rows])
 
     variables: dict[str, Any] = {}
-    table = _VARIABLES if run.system.grip_load is None else (*_VARIABLES, *_HAND_VARIABLES)
+    table = list(_VARIABLES)
+    if run.system.grip_load is not None:
+        table += _HAND_VARIABLES
+    limb = run.system.limb
+    if limb is not None:
+        table += _LIMB_VARIABLES
     for name, dimension, units, frame, text in table:
+        if frame == _R and limb is not None:
+            frame = _W
         dimensions = ("time",) if dimension is None else ("time", dimension)
         attributes = {"units": units, "long_name": text}
         if frame:
@@ -77,6 +90,7 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
             "point": np.arange(1, 10),
             "spring": list(SPRING_NAMES),
         }
+        | ({} if limb is None else {"joint": list(coordinate_names(limb.limb))})
         | ({"store": list(_ENERGIES)} if balances else {}),
         attrs=_attributes(run),
     )
@@ -91,6 +105,7 @@ def after_release(history: xarray.Dataset) -> xarray.Dataset:
 
 
 _R = "R, the racket's initial frame (butt, x to tip, z normal to strings)"
+_W = "W, the world"
 _B = "head"
 _VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
     ("ball_position", "axis", "m", _R, "position of the ball's centre"),
@@ -117,6 +132,13 @@ _VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
 _HAND_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
     ("hand_torque", "axis", "N m", "hand", "torque of the racket on the hand about its frame"),
     ("hand_force", "axis", "N", "hand", "force of the racket on the hand"),
+    ("grip_angle", "axis", "rad", "hand", "roll, pitch and yaw of the racket in the hand"),
+)
+_LIMB_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
+    ("joint_position", "joint", "rad", "", "angle of the limb's joints"),
+    ("joint_velocity", "joint", "rad/s", "", "rate of the limb's joints"),
+    ("joint_torque", "joint", "N m", "", "applied torque on the limb's joints"),
+    ("joint_reaction_force", "joint", "N", "", "magnitude of the joint's reaction force"),
 )
 
 
@@ -161,7 +183,37 @@ def _sample(run: Run, index: int) -> dict[str, Any]:
         load_context = system.grip_load.GetMyContextFromRoot(root)
         load = system.grip_load.GetOutputPort("hand_load").Eval(load_context).copy()
         sample |= {"hand_torque": load[:3], "hand_force": load[3:]}
+        assert system.grip is not None
+        grip = system.grip
+        turned = grip.racket_frame.CalcPose(context, grip.hand_frame).rotation()
+        sample["grip_angle"] = RollPitchYaw(turned).vector()
+    if system.limb is not None:
+        sample |= _limb_sample(run, root, context)
     return sample
+
+
+def _limb_sample(run: Run, root: Context, context: Context) -> dict[str, Any]:
+    striking = run.system.limb
+    assert striking is not None
+    limb, plant = striking.limb, run.system.plant
+    selector = striking.torques.selector
+    torques = selector.get_input_port().Eval(selector.GetMyContextFromRoot(root))
+    places = [int(i) for i in plant.GetJointIndices()]
+    if plant.time_step() > 0.0:  # a discrete plant has no reactions at an instant
+        reactions = [math.nan] * len(limb.joints)
+    else:
+        forces = plant.get_reaction_forces_output_port().Eval(context)
+        reactions = [
+            float(np.linalg.norm(forces[places.index(int(j.index()))].translational()))
+            for j in limb.joints
+        ]
+    per_coordinate = np.repeat(reactions, [j.num_velocities() for j in limb.joints])
+    return {
+        "joint_position": plant.GetPositions(context)[limb.position_indices()],
+        "joint_velocity": plant.GetVelocities(context)[limb.velocity_indices()],
+        "joint_torque": torques.copy(),
+        "joint_reaction_force": per_coordinate,
+    }
 
 
 def handle_acceleration(racket: Any, context: Context) -> NDArray[np.float64]:

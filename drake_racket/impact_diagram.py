@@ -13,12 +13,25 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from drake_racket.ball import add_ball
-from drake_racket.diagram import Impact, add_impact, contact_model, set_impact_parameters
+from drake_racket.diagram import (
+    Impact,
+    add_impact,
+    connect_forces,
+    contact_model,
+    set_impact_parameters,
+)
 from drake_racket.energy import add_energy_meter, set_meter_parameters
 from drake_racket.errors import InputError
-from drake_racket.grip import Grip
+from drake_racket.grip import Grip, add_grip
 from drake_racket.grip_load import add_grip_load, set_grip_load_parameters
+from drake_racket.limbs.any_limb import LimbBuilder
+from drake_racket.limbs.striking_limb import (
+    StrikingLimb,
+    add_striking_limb,
+    wire_striking_limb,
+)
 from drake_racket.parameters import BallParameters, RacketParameters
+from drake_racket.racket import add_racket
 from drake_racket.scenario import Scenario, check_scenario
 from drake_racket.supports import add_hand_held_racket, add_supported_racket
 
@@ -32,7 +45,8 @@ class ImpactDiagram:
     """A built Diagram and the handles into it.
 
     The Diagram exports the outputs `contact_state`, `string_tensions` and `string_deflections`, and
-    `hand_load` where a hand holds the racket (then there are `grip` and `grip_load`).
+    `hand_load` where a hand holds the racket (then there are `grip` and `grip_load`); with a limb
+    also `joint_torques`, as an output, or as an input if they are a user's (then there is `limb`).
     Build one per topology (what `topology` returns) and take a new Context per case.
     """
 
@@ -43,6 +57,7 @@ class ImpactDiagram:
     scenario: Scenario
     grip: Grip | None = None
     grip_load: Any | None = None
+    limb: StrikingLimb | None = None
 
     def create_context(self, scenario: Scenario | None = None) -> Context:
         """A new Context with the parameters and the initial state of `scenario`.
@@ -78,11 +93,6 @@ class ImpactDiagram:
         self._set_initial_state(root, scenario, racket)
         return root
 
-    def _racket_floats(self) -> bool:
-        return self.scenario.support == "free" or (
-            self.grip is not None and self.grip.kind == "compliant"
-        )
-
     def _ball_parameters(self) -> BallParameters:
         assert self.impact.ball is not None
         return self.impact.ball.parameters
@@ -93,10 +103,18 @@ class ImpactDiagram:
         plant, ball = self.plant, self.impact.ball
         assert ball is not None
         context = plant.GetMyMutableContextFromRoot(root)
-        if self._racket_floats():
-            plant.SetFreeBodyPose(context, self.impact.racket.handle, _IDENTITY)
-        velocity = scenario.ball_velocity()
-        start = scenario.aim(racket) - scenario.approach_time * velocity
+        handle = self.impact.racket.handle
+        if handle.is_floating_base_body():
+            plant.SetFreeBodyPose(context, handle, _IDENTITY)
+        if self.limb is not None:
+            assert self.grip is not None
+            self.limb.set_state(root, self.impact.racket, self.grip, scenario.limb)
+        X_WR = handle.EvalPoseInWorld(context)
+        aim = X_WR.rotation() @ scenario.aim(racket)
+        aim_velocity = handle.EvalSpatialVelocityInWorld(context).Shift(aim).translational()
+        velocity = X_WR.rotation() @ scenario.ball_velocity()
+        # the racket moves on while the ball comes
+        start = X_WR.translation() + aim - scenario.approach_time * (velocity - aim_velocity)
         plant.SetFreeBodyPose(context, ball.body, RigidTransform(start))
         plant.SetFreeBodySpatialVelocity(context, ball.body, SpatialVelocity([0, 0, 0], velocity))
 
@@ -106,7 +124,8 @@ def topology(scenario: Scenario, racket: RacketParameters, ball: BallParameters)
     bed = racket.string_bed
     return (
         scenario.support,
-        scenario.grip_kind if scenario.support == "grip" else "",
+        scenario.grip_kind if scenario.support in ("grip", "limb") else "",
+        scenario.limb.topology() if scenario.support == "limb" else (),
         scenario.time_step,
         tuple(scenario.gravity),
         scenario.audit,
@@ -119,8 +138,18 @@ def topology(scenario: Scenario, racket: RacketParameters, ball: BallParameters)
     )
 
 
-def make_impact_diagram(scenario: Scenario | None = None) -> ImpactDiagram:
+def make_impact_diagram(
+    scenario: Scenario | None = None,
+    *,
+    limb: LimbBuilder | None = None,
+    export_torques: bool = False,
+) -> ImpactDiagram:
     """Builds the Diagram of a scenario (the default: tour racket, free, centre, 25 m/s).
+
+    Args:
+        limb: with support `limb`, a function that adds a limb of the caller's to the plant and
+            returns it, or its hand frame; the scenario's `limb.model` is then not looked at.
+        export_torques: the limb's joint torques come from the Diagram's input `joint_torques`.
 
     Raises:
         InputError: the scenario is not valid.
@@ -131,10 +160,15 @@ def make_impact_diagram(scenario: Scenario | None = None) -> ImpactDiagram:
     builder = DiagramBuilder()
     plant = builder.AddNamedSystem("plant", MultibodyPlant(scenario.time_step))
     grip = None
+    body = None
     if scenario.support == "grip":
         racket, grip = add_hand_held_racket(
             plant, scenario.load_racket(), scenario.load_grip(), kind=scenario.grip_kind
         )
+    elif scenario.support == "limb":
+        body = add_striking_limb(plant, scenario.limb, limb)
+        racket = add_racket(plant, scenario.load_racket())
+        grip = add_grip(plant, racket, body.hand, scenario.load_grip(), kind=scenario.grip_kind)
     else:
         racket = add_supported_racket(plant, scenario.load_racket(), scenario.support)
     ball = add_ball(plant, scenario.load_ball())
@@ -148,7 +182,20 @@ def make_impact_diagram(scenario: Scenario | None = None) -> ImpactDiagram:
         point=scenario.point_number(),
         friction_reading=scenario.friction_reading,
         reaction_point=scenario.reaction_point,
+        connect=False,
     )
+    striking = None
+    if body is not None:
+        striking = wire_striking_limb(
+            builder,
+            plant,
+            body,
+            scenario.limb,
+            audit=scenario.audit,
+            export_torques=export_torques,
+        )
+    others = striking.generalized_force_ports() if striking is not None else []
+    connect_forces(builder, plant, [impact], generalized=others)
     grip_load = add_grip_load(builder, plant, grip) if grip is not None else None
     meter = add_energy_meter(builder, plant, impact, grip_load) if scenario.audit else None
     assert impact.contact is not None
@@ -157,4 +204,6 @@ def make_impact_diagram(scenario: Scenario | None = None) -> ImpactDiagram:
     builder.ExportOutput(impact.string_bed.GetOutputPort("deflections"), "string_deflections")
     if grip_load is not None:
         builder.ExportOutput(grip_load.GetOutputPort("hand_load"), "hand_load")
-    return ImpactDiagram(builder.Build(), plant, impact, meter, scenario, grip, grip_load)
+    if striking is not None and striking.torques.source is not None:
+        builder.ExportOutput(striking.torques.source.get_output_port(), "joint_torques")
+    return ImpactDiagram(builder.Build(), plant, impact, meter, scenario, grip, grip_load, striking)

@@ -29,10 +29,15 @@ ENERGY_WARNING = 1e-3
 class ImpactResult:
     """One impact. Vectors are in the racket's initial frame R; SI units, angles in radians.
 
+    R is the world's frame but where a limb holds the racket: velocities are then of the world,
+    expressed in R.
+
     Attributes:
         approach_velocity, rebound_velocity: (3,) of the ball, at the start and at its last release
             (at the end of the run if there is none).
-        apparent_restitution: normal rebound speed over normal approach speed, in R.
+        apparent_restitution: normal rebound speed over normal approach speed, relative to the
+            initial velocity of the racket where the ball is aimed (0 but in a stroke).
+        aim_velocity: (3,) that velocity.
         rebound_angle: between rebound velocity and the initial normal of the strings.
         contact_time: from first touch to last release.
         touch_time, point, touches: when, where (1-9) and how often the ball touched.
@@ -59,6 +64,7 @@ class ImpactResult:
     approach_velocity: NDArray[np.float64]
     rebound_velocity: NDArray[np.float64]
     apparent_restitution: float
+    aim_velocity: NDArray[np.float64]
     rebound_angle: float
     contact_time: float | None
     touch_time: float | None
@@ -101,7 +107,8 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
     record = contact_record(run.contact_state[-1])
     ball_velocity = _ball_velocities(run)
     last = _release_index(run, record)
-    approach, rebound = ball_velocity[0], ball_velocity[last]
+    R_WR, aim_velocity = _initial_motion(run)
+    approach, rebound = ball_velocity[0] @ R_WR, ball_velocity[last] @ R_WR
     touched = record.touches > 0
     released = touched and record.phase != CONTACT
     forces, deflections = _contact_forces(run), _deflections(run)
@@ -122,7 +129,10 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
         scenario=scenario,
         approach_velocity=approach,
         rebound_velocity=rebound,
-        apparent_restitution=float(rebound[2] / -approach[2]),
+        apparent_restitution=float(
+            (rebound[2] - aim_velocity[2]) / (aim_velocity[2] - approach[2])
+        ),
+        aim_velocity=aim_velocity,
         rebound_angle=math.atan2(float(np.hypot(rebound[0], rebound[1])), float(rebound[2])),
         contact_time=record.release_time - record.touch_time if released else None,
         touch_time=record.touch_time if touched else None,
@@ -134,8 +144,8 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
         normal_approach_speed=record.approach_speed if touched else None,
         kb=record.kb if touched else None,
         cb=record.cb if touched else None,
-        racket_velocity=motion.velocity,
-        racket_angular_velocity=motion.angular_velocity,
+        racket_velocity=motion.velocity @ R_WR,
+        racket_angular_velocity=motion.angular_velocity @ R_WR,
         peak_in_plane_angle=angle_z,
         peak_out_of_plane_angle=angle_y,
         peak_handle_acceleration=_peak_acceleration(dataset),
@@ -148,6 +158,18 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
         evaluations=run.evaluations,
         history=dataset,
     )
+
+
+def _initial_motion(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """R_WR, and the velocity in R of the racket where the ball is aimed, at the start."""
+    if run.scenario.support != "limb":
+        return np.eye(3), np.zeros(3)
+    racket = run.system.impact.racket
+    context = run.system.plant.GetMyContextFromRoot(run.context_at(0))
+    R_WR = racket.handle.EvalPoseInWorld(context).rotation()
+    aim = R_WR @ run.scenario.aim(racket.parameters)
+    velocity = racket.handle.EvalSpatialVelocityInWorld(context).Shift(aim).translational()
+    return R_WR.matrix(), velocity @ R_WR.matrix()
 
 
 def _ball_velocities(run: Run) -> NDArray[np.float64]:
@@ -212,7 +234,8 @@ def _peak_acceleration(dataset: xarray.Dataset | None) -> float | None:
 def _balances(run: Run, held: bool, every_sample: bool) -> list[Balance]:
     indices = range(len(run.time)) if every_sample else (0, len(run.time) - 1)
     impact, meter = run.system.impact, run.system.meter
-    return [balance(impact, meter, run.context_at(i), held=held) for i in indices]
+    limb = run.system.limb
+    return [balance(impact, meter, run.context_at(i), held=held, limb=limb) for i in indices]
 
 
 def _errors(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.errors import InputError
 from drake_racket.grip import GRIP_KINDS, GripStiffness, load_grip
+from drake_racket.limbs.settings import LimbSettings, check_limb_settings
 from drake_racket.parameters import (
     BallParameters,
     RacketParameters,
@@ -22,7 +23,7 @@ from drake_racket.parameters import (
 )
 from drake_racket.typed_yaml import load_file, load_text
 
-SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip")
+SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip", "limb")
 SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")
 
 
@@ -45,16 +46,17 @@ class Scenario:
             the tension a number in N; see `parameters.load_racket` and `load_ball`.
         joint_reading: `by_axis`, `as_printed`, or empty for what the racket's file says.
         friction_reading, reaction_point: see `diagram.add_impact`.
-        support: `free`, `clamped_head` (head welded to the world), `clamped_handle`, or `grip`
-            (a hand fixed in the world; see `grip`).
+        support: `free`, `clamped_head` (head welded to the world), `clamped_handle`, `grip`
+            (a hand fixed in the world; see `grip`), or `limb` (a hand at the end of a limb).
         grip, grip_kind: of the hand, by name or file: `loose`, `normal`, `tight`; and `compliant`,
             `torsional` or `weld` (see `grip`).
+        limb: with support `limb`, which one, and its stroke: `limbs.settings`.
         point: `1` to `9`, or `auto` for the point nearest to the ball at touch.
         offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre).
-        speed: of the ball.  incidence_deg: from the normal of the strings.  azimuth_deg: direction
-            of the tangential part in the string plane, from +x towards +y.
+        speed: of the ball, in the world.  incidence_deg: from the normal of the strings.
+            azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
         approach_time: flight before touch.  after: time simulated from touch on.
-        gravity: in the racket's initial frame R.
+        gravity: in the world; that is the racket's initial frame R but where a limb holds it.
         time_step: 0 for a continuous plant, else the step of a discrete one.
         audit: integrate losses and impulse beside the motion (`energy`).
 
@@ -69,6 +71,7 @@ class Scenario:
     support: str = "free"
     grip: str = "normal"
     grip_kind: str = "compliant"
+    limb: LimbSettings = field(default_factory=LimbSettings)
     point: str = "5"
     offset_x: float = 0.0
     offset_y: float = 0.0
@@ -184,6 +187,7 @@ def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
     racket = scenario.load_racket()
     scenario.load_ball()
     scenario.load_grip()
+    check_limb_settings(scenario.limb, f"{where}: limb")
     _check_aim(scenario, racket, where)
 
 
@@ -194,6 +198,7 @@ def _check_types(scenario: Scenario, where: str) -> None:
         (list, "a list", ("gravity",)),
         (bool, "true or false", ("audit",)),
         (IntegratorSettings, "IntegratorSettings", ("integrator",)),
+        (LimbSettings, "LimbSettings", ("limb",)),
     )
     for kind, text, keys in kinds:
         for key in keys:

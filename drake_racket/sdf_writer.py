@@ -7,6 +7,7 @@ text, so that the numbers in SDF and YAML are one.
 
 from __future__ import annotations
 
+from drake_racket.limbs.upper_limb_sdf import shipped_limb_models
 from drake_racket.models import sdf_directory
 from drake_racket.parameters import (
     RACKETS,
@@ -156,11 +157,12 @@ def _bushing(name: str, values: str) -> str:
 def shipped_models() -> dict[str, str]:
     """File name -> text of the models under sdf/.
 
-    A racket has one frame and one grid whatever its tension, so it has one model.
+    A racket has one frame and one grid whatever its tension, so it has one model. The upper limb
+    has a right and a left one.
     """
     models = {f"racket_{r}.sdf": racket_sdf(load_racket(r), f"racket_{r}") for r in RACKETS}
     models["ball.sdf"] = ball_sdf(load_ball(), "ball")
-    return models
+    return models | shipped_limb_models()
 
 
 def write_shipped_models() -> None:

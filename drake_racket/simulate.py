@@ -32,7 +32,8 @@ class Run:
         time: (n,) s, from the start of the run; touch and release are among the times.
         plant_state: (n, nq + nv) the plant's [q; v].
         contact_state: (n, 15) the BallContact's discrete state, after any event at that time.
-        totals: (n, 9) the EnergyMeter's totals; NaN without a meter.
+        totals: (n, 9) the EnergyMeter's totals, NaN without a meter; (n, 12) with a limb, whose
+            work and losses follow.
         steps, evaluations: of the integrator.
 
     """
@@ -58,7 +59,10 @@ class Run:
         contact.SetDiscreteState(self.contact_state[index])
         if system.meter is not None:
             meter = system.meter.GetMyMutableContextFromRoot(root)
-            meter.SetContinuousState(self.totals[index])
+            meter.SetContinuousState(self.totals[index, :TOTALS])
+        if system.limb is not None and system.limb.energy is not None:
+            energy = system.limb.energy.GetMyMutableContextFromRoot(root)
+            energy.SetContinuousState(self.totals[index, TOTALS:])
         return root
 
 
@@ -144,7 +148,7 @@ class _Recorder:
     def __init__(self, system: ImpactDiagram) -> None:
         self._diagram = system.diagram
         self._plant, self._contact = system.plant, system.impact.contact
-        self._meter = system.meter
+        self._meter, self._limb = system.meter, system.limb
         self._rows: list[tuple[float, Any, Any, Any]] = []
 
     def __call__(self, root: Context) -> EventStatus:
@@ -157,6 +161,9 @@ class _Recorder:
         if self._meter is not None:
             meter = self._meter.GetMyContextFromRoot(root)
             totals = meter.get_continuous_state_vector().CopyToVector()
+        if self._limb is not None and self._limb.energy is not None:
+            energy = self._limb.energy.GetMyContextFromRoot(root)
+            totals = np.append(totals, energy.get_continuous_state_vector().CopyToVector())
         self._rows.append(
             (
                 time,

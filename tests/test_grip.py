@@ -115,7 +115,7 @@ def test_the_load_converts_to_autodiff():
 
 @pytest.mark.parametrize("kind", ["torsional", "weld"])
 def test_the_load_of_a_joint_is_what_momentum_lacks(kind):
-    """As for the compliant grip: the reaction of the joint, summed, is the momentum that is gone."""
+    """As for the compliant grip: the joint's reaction, summed, is the momentum that is gone."""
     case = dataclasses.replace(HELD, grip_kind=kind, integrator=TIGHT)
     system = make_impact_diagram(case)
     result = simulate(case, system)

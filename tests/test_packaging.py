@@ -21,12 +21,20 @@ DATA = {
     "grip_normal.yaml",
     "grip_tight.yaml",
     "published.yaml",
+    "upper_limb.yaml",
     "recreational_high.yaml",
     "recreational_low.yaml",
     "tour_high.yaml",
     "tour_low.yaml",
 }
-SDF = {"ball.sdf", "package.xml", "racket_recreational.sdf", "racket_tour.sdf"}
+SDF = {
+    "ball.sdf",
+    "package.xml",
+    "racket_recreational.sdf",
+    "racket_tour.sdf",
+    "upper_limb.sdf",
+    "upper_limb_left.sdf",
+}
 
 # What a user does after `pip install`: no file of the repository may be needed for it.
 SCRIPT = """

@@ -1,0 +1,92 @@
+"""The energy of a limb: the LeafSystem that meters work and losses, and what the limb holds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RigidBody
+from pydrake.systems.framework import BasicVector_, Context, LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_racket.limbs.limb import Limb
+
+TORQUE_WORK, LOST_JOINTS, LOST_LIMITS = range(3)
+
+
+@TemplateSystem.define("LimbPower_")
+def LimbPower_(T: Any) -> Any:
+    """The meter as a LeafSystem on the scalar type T; `LimbPower` is that on float."""
+
+    class Impl(LeafSystem_[T]):
+        """Powers of a limb's joints, to be integrated (Drake's Integrator).
+
+        Input ports:
+            state: the plant's multibody state [q; v].
+            torques (n): on the limb's joints (N m), in the order of its velocities.
+            limit_power (1): the JointLimits' power (W); not connected where there are none.
+        Output ports:
+            power (3): of the torques, lost in the joints' dampers, lost at the joints' limits (W).
+        Numeric parameters:
+            0 damping (n) of the joints (N m s/rad).
+        """
+
+        def _construct(
+            self, states: int, velocities: Any, damping: Any, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter)
+            self.states, self.velocities, self.damping = states, velocities, damping
+            self.DeclareNumericParameter(BasicVector_[T](np.array([T(float(d)) for d in damping])))
+            self._state = self.DeclareVectorInputPort("state", states)
+            self._torques = self.DeclareVectorInputPort("torques", len(velocities))
+            self._limits = self.DeclareVectorInputPort("limit_power", 1)
+            self.DeclareVectorOutputPort("power", 3, self._calc_power)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(
+                self, other.states, other.velocities, other.damping, converter=converter
+            )
+
+        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+            """No continuous state. Stated because Drake 1.58 takes 4 us to find no override."""
+
+        def _calc_power(self, context: Any, output: Any) -> None:
+            rates = self._state.Eval(context)[self.velocities]
+            damping = context.get_numeric_parameter(0).CopyToVector()
+            output[TORQUE_WORK] = self._torques.Eval(context) @ rates
+            output[LOST_JOINTS] = damping @ (rates * rates)
+            limits = self._limits
+            output[LOST_LIMITS] = limits.Eval(context)[0] if limits.HasValue(context) else T(0.0)
+
+    return Impl
+
+
+LimbPower = LimbPower_[float]
+
+
+def make_limb_power(plant: MultibodyPlant, limb: Limb) -> Any:
+    """A LimbPower for `limb` of the finalized `plant`, with the dampings of its joints."""
+    damping = np.concatenate([joint.default_damping_vector() for joint in limb.joints])
+    velocities = plant.num_positions() + limb.velocity_indices()
+    return LimbPower(plant.num_multibody_states(), velocities, damping)
+
+
+def limb_bodies(limb: Limb, plant: MultibodyPlant) -> list[RigidBody]:
+    """The limb's bodies that have mass."""
+    context = plant.CreateDefaultContext()
+    bodies = [
+        plant.get_body(index)
+        for instance in limb.model_instances
+        for index in plant.GetBodyIndices(instance)
+    ]
+    return [body for body in bodies if body.get_mass(context) > 0.0]
+
+
+def limb_potential(limb: Limb, plant: MultibodyPlant, context: Context) -> float:
+    """Gravity's potential (J) of the limb."""
+    instances = list(limb.model_instances)
+    gravity = plant.gravity_field().gravity_vector()
+    mass = plant.CalcTotalMass(context, instances)
+    com = plant.CalcCenterOfMassPositionInWorld(context, instances)
+    return -float(mass * (gravity @ com))
