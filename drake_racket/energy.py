@@ -18,7 +18,13 @@ from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, Lea
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.diagram import Impact
-from drake_racket.limbs.limb_power import LOST_JOINTS, LOST_LIMITS, TORQUE_WORK, limb_potential
+from drake_racket.limbs.limb_power import (
+    LOST_JOINTS,
+    LOST_LIMITS,
+    TORQUE_WORK,
+    joint_energy,
+    limb_potential,
+)
 
 if TYPE_CHECKING:
     from drake_racket.limbs.striking_limb import StrikingLimb
@@ -275,7 +281,7 @@ def _limb_energies(limb: StrikingLimb | None, root: Context) -> dict[str, float]
     plant = limb.limb.plant
     context = plant.GetMyContextFromRoot(root)
     energy = _kinetic_energy(plant, context, limb.bodies)
-    energy += limb_potential(limb.limb, plant, context)
+    energy += limb_potential(limb.limb, plant, context) + joint_energy(limb.limb, plant, context)
     if limb.limits is not None:
         port = limb.limits.GetOutputPort("energy")
         energy += float(port.Eval(limb.limits.GetMyContextFromRoot(root))[0])

@@ -14,6 +14,7 @@ from drake_racket.ball_contact import ContactRecord, contact_record
 from drake_racket.contact import CONTACT
 from drake_racket.energy import Balance, balance, rigid_motion
 from drake_racket.history import make_history
+from drake_racket.limbs.striking_limb import limits_are_ours
 
 if TYPE_CHECKING:
     import xarray
@@ -119,7 +120,8 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
     audited = system.meter is not None
     balances = _balances(run, held, history) if audited else []
     mass = system.impact.ball.parameters.mass.value  # type: ignore[union-attr]
-    dataset = make_history(run, balances) if history else None
+    with limits_are_ours(system.limb):
+        dataset = make_history(run, balances) if history else None
     angle_z, angle_y = (
         float(np.max(np.abs(run.plant_state[:, joint.position_start()])))
         for joint in (racket.in_plane, racket.out_of_plane)

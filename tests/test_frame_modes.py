@@ -471,7 +471,7 @@ def test_a_users_racket_has_no_published_numbers(tmp_path):
         (lambda: frame_modes.modes_dataset("club"), "racket: got 'club'"),
         (lambda: frame_modes.modes_dataset(support="vice"), "support: got 'vice'; allowed: free"),
         (lambda: frame_modes.modes_dataset(samples=3), "samples: got 3; allowed: 4 to"),
-        (lambda: frame_modes.modes_dataset(grip=load_grip()), "grip: got 'normal'; allowed: no grip"),
+        (lambda: frame_modes.modes_dataset(grip=load_grip()), "grip: got 'normal'; allowed: no"),
         (lambda: frame_modes.fundamentals_table(rackets=[]), "racket: got"),
         (lambda: frame_modes.fundamentals_table(supports="free"), "support: got 'free'"),
         (lambda: mode_comparisons.grip_sweep(factors=[]), "factors: got"),

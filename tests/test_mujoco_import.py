@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import subprocess
 import sys
 import warnings
@@ -500,9 +501,15 @@ def test_fist_holds_one_straight_grip(arm):
 
 
 def test_study(tmp_path, arm):
-    command = [sys.executable, str(STUDY), "--samples", "3", "--fist", "--out", str(tmp_path / "o")]
+    command = [sys.executable, str(STUDY), "--samples", "3", "--fist", "--after", "0.006"]
+    command += ["--out", str(tmp_path / "o")]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=True)
     assert "7 degrees of freedom of 38" in done.stdout
+    closure = float(re.search(r"energy closes to ([\d.e-]+)", done.stdout)[1])
+    assert closure < 1e-4  # the arm's rotors and springs are in the balance
+    with xarray.open_dataset(tmp_path / "o" / "impact.nc", engine="h5netcdf") as impact:
+        assert impact.sizes["joint"] == 7
+        assert float(impact["normal_force"].max()) > 500.0
     with xarray.open_dataset(tmp_path / "o" / "errors.nc", engine="h5netcdf") as errors:
         assert errors.sizes["sample"] == 3
         assert float(errors["mass_matrix_error"].max()) < 1e-9

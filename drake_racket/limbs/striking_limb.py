@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import logging
 import math
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
@@ -121,6 +123,27 @@ class StrikingLimb:
         return state
 
 
+@contextlib.contextmanager
+def limits_are_ours(limb: StrikingLimb | None) -> Iterator[None]:
+    """Without Drake's warning that a continuous plant has no joint limits, where `limits` are.
+
+    Drake gives it when reactions are first evaluated. Without `limits` it is true, and is left.
+    """
+    if limb is None or limb.limits is None:
+        yield
+        return
+    logger = logging.getLogger("drake")
+
+    def other(record: logging.LogRecord) -> bool:
+        return "does not handle joint limits" not in record.getMessage()
+
+    logger.addFilter(other)
+    try:
+        yield
+    finally:
+        logger.removeFilter(other)
+
+
 def wire_striking_limb(
     builder: DiagramBuilder,
     plant: MultibodyPlant,
@@ -137,12 +160,7 @@ def wire_striking_limb(
 
     """
     torques = add_joint_torques(builder, plant, limb, export=export_torques)
-    limits = None
-    shipped = settings.model == "upper_limb" and all(
-        joint.num_velocities() == 1 for joint in limb.joints
-    )
-    if settings.limits and shipped and plant.time_step() == 0.0 and _has_ranges(limb):
-        limits = add_joint_limits(builder, plant, limb)
+    limits = add_joint_limits(builder, plant, limb) if _takes_limits(limb, settings) else None
     power = energy = None
     if audit:
         power = builder.AddNamedSystem("limb_power", make_limb_power(plant, limb))
@@ -158,7 +176,7 @@ def wire_striking_limb(
     return StrikingLimb(limb, limb_bodies(limb, plant), torques, limits, power, energy)
 
 
-def _has_ranges(limb: Limb) -> bool:
-    """Whether these are the shipped limb's joints; the limits know only those by themselves."""
-    lower = np.concatenate([joint.position_lower_limits() for joint in limb.joints])
-    return tuple(limb.joint_names()) == tuple(JOINTS) and bool(np.isfinite(lower).any())
+def _takes_limits(limb: Limb, settings: LimbSettings) -> bool:
+    """Whether passive limits are asked for, known (the shipped limb's), and not Drake's own."""
+    known = tuple(limb.joint_names()) == tuple(JOINTS)
+    return settings.limits and known and limb.plant.time_step() == 0.0
