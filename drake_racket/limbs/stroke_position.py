@@ -166,7 +166,7 @@ def _angles_between(target: PoseTarget) -> list[tuple[Vector, Vector, float, flo
     closed, azimuth, tip_elevation = target.angles
     rows = []
     if not math.isnan(closed):
-        rows.append((z, z, right - closed, right - closed))
+        rows.append((z, z, right + closed, right + closed))
     if not math.isnan(azimuth):
         ahead = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
         rows += [(np.cross(z, ahead), z, right, right), (ahead, z, 0.0, right)]
