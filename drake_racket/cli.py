@@ -87,7 +87,7 @@ def impact(
         typer.Option(help="Direction of the tangential part, from +x towards +y (degrees)."),
     ] = None,
     support: Annotated[
-        str | None, typer.Option(help="free, clamped_head, clamped_handle or grip.")
+        str | None, typer.Option(help="free, clamped_head, clamped_handle, grip or limb.")
     ] = None,
     after: Annotated[float | None, typer.Option(help="Time simulated from touch on (s).")] = None,
     out: Annotated[

@@ -62,6 +62,9 @@ class ImpactDiagram:
     def create_context(self, scenario: Scenario | None = None) -> Context:
         """A new Context with the parameters and the initial state of `scenario`.
 
+        Call it before the Diagram becomes part of another: then take the state over from here
+        (`SetTimeStateAndParametersFrom`).
+
         Raises:
             InputError: the scenario is not valid, or needs another Diagram.
 
@@ -149,7 +152,9 @@ def make_impact_diagram(
     Args:
         limb: with support `limb`, a function that adds a limb of the caller's to the plant and
             returns it, or its hand frame; the scenario's `limb.model` is then not looked at.
-        export_torques: the limb's joint torques come from the Diagram's input `joint_torques`.
+        export_torques: the limb's joint torques come from the Diagram's input `joint_torques`; the
+            plant's state is its output `state`. Such a Diagram is part of the caller's own, with
+            the caller's Simulator.
 
     Raises:
         InputError: the scenario is not valid.
@@ -204,6 +209,8 @@ def make_impact_diagram(
     builder.ExportOutput(impact.string_bed.GetOutputPort("deflections"), "string_deflections")
     if grip_load is not None:
         builder.ExportOutput(grip_load.GetOutputPort("hand_load"), "hand_load")
+    if export_torques:
+        builder.ExportOutput(plant.get_state_output_port(), "state")
     if striking is not None and striking.torques.source is not None:
         builder.ExportOutput(striking.torques.source.get_output_port(), "joint_torques")
     return ImpactDiagram(builder.Build(), plant, impact, meter, scenario, grip, grip_load, striking)

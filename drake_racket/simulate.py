@@ -12,6 +12,7 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_racket.energy import TOTALS
+from drake_racket.errors import InputError
 from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.result import ImpactResult, make_result
 from drake_racket.scenario import IntegratorSettings, Scenario, check_scenario
@@ -94,6 +95,12 @@ def simulate(
 
 def run(scenario: Scenario, system: ImpactDiagram) -> Run:
     """Runs the simulation and keeps the state of every step. See `simulate`."""
+    if system.limb is not None and system.limb.torques.source is None:
+        raise InputError(
+            "simulate: system",
+            "a Diagram whose joint_torques are an input",
+            "one built without export_torques (or your own Simulator)",
+        )
     root = system.create_context(scenario)
     simulator = Simulator(system.diagram, root)
     root = simulator.get_mutable_context()

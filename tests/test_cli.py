@@ -37,6 +37,7 @@ NUMBERS = (
     "angular_momentum_error",
 )
 VECTORS = (
+    "aim_velocity",
     "approach_velocity",
     "rebound_velocity",
     "impulse",

@@ -16,6 +16,7 @@ from drake_racket.models import data_directory, sdf_directory
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = {
+    "backhand.yaml",
     "ball_penn_titanium.yaml",
     "grip_loose.yaml",
     "grip_normal.yaml",

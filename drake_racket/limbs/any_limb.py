@@ -26,16 +26,23 @@ def find_limb(plant: MultibodyPlant, hand: Frame) -> Limb:
     Before or after `Finalize`.
 
     Raises:
-        InputError: no joint leads from the hand to the world's side.
+        InputError: no joint leads from the hand to the world's side, or several do.
 
     """
-    by_child = {int(j.child_body().index()): j for j in _joints(plant)}
+    by_child: dict[int, list[Joint]] = {}
+    for joint in _joints(plant):
+        by_child.setdefault(int(joint.child_body().index()), []).append(joint)
     chain: list[Joint] = []
     body = hand.body()
-    while (joint := by_child.get(int(body.index()))) is not None:
-        chain.append(joint)
-        body = joint.parent_body()
-    joints = tuple(joint for joint in reversed(chain) if joint.num_velocities() > 0)
+    while found := by_child.get(int(body.index())):
+        if len(found) > 1:
+            names = ", ".join(joint.name() for joint in found)
+            allowed = f"a tree, with one joint towards the world from each body, not {names}"
+            raise InputError("find_limb: body", body.name(), allowed)
+        chain.append(found[0])
+        body = found[0].parent_body()
+    # six: the joint that Finalize gives to a limb whose base floats; it is no joint of the limb
+    joints = tuple(joint for joint in reversed(chain) if 0 < joint.num_velocities() < 6)
     if not joints:
         raise InputError("find_limb: hand", hand.name(), "a frame on a body that joints carry")
     instances = dict.fromkeys(int(j.child_body().model_instance()) for j in chain)
@@ -84,6 +91,9 @@ def add_limb_model(
         raise InputError("limb: model", path, f"a model that Drake can parse ({reason})") from None
     if base:
         frame = find_frame(plant, base, "limb: base", first=before)
+        if any(j.child_body().index() == frame.body().index() for j in _joints(plant)):
+            allowed = 'a frame on a body that no joint of the file holds, or ""'
+            raise InputError("limb: base", base, allowed)
         plant.WeldFrames(plant.world_frame(), frame, X_WB or RigidTransform())
     return find_limb(plant, find_frame(plant, hand, "limb: hand", first=before))
 

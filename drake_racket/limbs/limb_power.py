@@ -41,7 +41,9 @@ def LimbPower_(T: Any) -> Any:
             self._state = self.DeclareVectorInputPort("state", states)
             self._torques = self.DeclareVectorInputPort("torques", len(velocities))
             self._limits = self.DeclareVectorInputPort("limit_power", 1)
-            self.DeclareVectorOutputPort("power", 3, self._calc_power)
+            inputs = (self._state, self._torques, self._limits)
+            needs = {self.all_parameters_ticket(), *(port.ticket() for port in inputs)}
+            self.DeclareVectorOutputPort("power", 3, self._calc_power, prerequisites_of_calc=needs)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(

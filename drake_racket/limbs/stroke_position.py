@@ -197,15 +197,18 @@ def _residual_jacobian(hand: HandKinematics, target: PoseTarget, q: Vector) -> V
     axis, normal = R_WC[:, 0], R_WC[:, 2]
     flat_n, flat_a = math.hypot(normal[0], normal[1]), math.hypot(axis[0], axis[1])
     up = np.array([0.0, 0.0, 1.0])
-    # a unit vector e fixed in C turns at w x e, so that an angle f(e) changes by (e x grad f) . w
-    per_turn = np.array(
-        [
-            np.cross(normal, -up / flat_n),
-            np.cross(normal, np.array([-normal[1], normal[0], 0.0]) / flat_n**2),
-            np.cross(axis, up / flat_a),
-        ]
-    )
-    return np.vstack([*rows, (per_turn @ J[:3])[~np.isnan(target.angles)]])
+    # a unit vector e fixed in C turns at w x e, so that an angle f(e) changes by (e x grad f) . w;
+    # only of the angles asked for, since one may have no slope (the heading of a level face)
+    closed, azimuth, tip_elevation = ~np.isnan(target.angles)
+    turns: list[Vector] = []
+    if closed:
+        turns.append(np.cross(normal, -up / flat_n))
+    if azimuth:
+        turns.append(np.cross(normal, np.array([-normal[1], normal[0], 0.0]) / flat_n**2))
+    if tip_elevation:
+        turns.append(np.cross(axis, up / flat_a))
+    rows += [(turn @ J[:3])[np.newaxis] for turn in turns]
+    return np.vstack(rows)
 
 
 def _polished(hand: HandKinematics, target: PoseTarget, q: Vector) -> Posture:
