@@ -12,7 +12,15 @@ from drake_racket.diagram import Impact, add_contact, add_impact, connect_forces
 from drake_racket.energy import EnergyMeter, EnergyMeter_, add_energy_meter, balance
 from drake_racket.errors import InputError
 from drake_racket.files import write_csv, write_figure, write_netcdf, write_table
+from drake_racket.grip import Grip, GripStiffness, add_grip, load_grip, write_grip
+from drake_racket.grip_load import GripLoad, GripLoad_, add_grip_load
 from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.limbs.any_limb import add_limb_model, find_limb
+from drake_racket.limbs.limb import Limb
+from drake_racket.limbs.settings import LimbSettings
+from drake_racket.limbs.stroke import Stroke, apply_stroke, solve_stroke
+from drake_racket.limbs.upper_limb import add_upper_limb
+from drake_racket.limbs.upper_limb_parameters import load_upper_limb
 from drake_racket.models import add_to_package_map, sdf_directory
 from drake_racket.parameters import (
     BallParameters,
@@ -36,11 +44,17 @@ __all__ = [
     "ContactRecord",
     "EnergyMeter",
     "EnergyMeter_",
+    "Grip",
+    "GripLoad",
+    "GripLoad_",
+    "GripStiffness",
     "Impact",
     "ImpactDiagram",
     "ImpactResult",
     "InputError",
     "IntegratorSettings",
+    "Limb",
+    "LimbSettings",
     "Racket",
     "RacketParameters",
     "RacketProperties",
@@ -48,28 +62,39 @@ __all__ = [
     "SimulationError",
     "StringBed",
     "StringBed_",
+    "Stroke",
     "add_ball",
     "add_contact",
     "add_energy_meter",
+    "add_grip",
+    "add_grip_load",
     "add_impact",
+    "add_limb_model",
     "add_racket",
     "add_supported_racket",
     "add_to_package_map",
+    "add_upper_limb",
+    "apply_stroke",
     "balance",
     "configure_integrator",
     "connect_forces",
+    "find_limb",
     "find_racket",
     "frame_fundamentals",
     "impact_figure",
     "load_ball",
+    "load_grip",
     "load_racket",
     "load_scenario",
+    "load_upper_limb",
     "make_impact_diagram",
     "racket_properties",
     "sdf_directory",
     "simulate",
+    "solve_stroke",
     "write_csv",
     "write_figure",
+    "write_grip",
     "write_netcdf",
     "write_table",
 ]

@@ -20,11 +20,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import yaml
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BallRpyJoint, Frame, Joint, LinearBushingRollPitchYaw
 from pydrake.systems.framework import Context
 
 from drake_racket.errors import InputError
+from drake_racket.files import write_text
 from drake_racket.models import data_directory
 from drake_racket.quantities import Quantities, check_fields, many
 from drake_racket.racket import Racket
@@ -97,6 +99,18 @@ def load_grip(grip: str = "normal") -> GripStiffness:
     loaded = load_file(path, GripStiffness, complete=True)
     check_grip(loaded, str(path))
     return loaded
+
+
+def write_grip(grip: GripStiffness, path: Path) -> None:
+    """Writes a grip's file, for `load_grip` and scenarios.
+
+    Raises:
+        InputError: the grip is not valid.
+
+    """
+    check_grip(grip)
+    text = yaml.safe_dump(dataclasses.asdict(grip), sort_keys=False, allow_unicode=True)
+    write_text(text, path)
 
 
 def check_grip(grip: GripStiffness, where: str = "grip") -> None:

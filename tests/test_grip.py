@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 from pydrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
 
 from drake_racket import InputError, IntegratorSettings, Scenario, make_impact_diagram, simulate
-from drake_racket.grip import load_grip
+from drake_racket.grip import load_grip, write_grip
 
+STUDY = Path(__file__).resolve().parent.parent / "studies" / "grip_limits.py"
 TIGHT = IntegratorSettings(accuracy=2e-6, maximum_step=5e-5)
 
 HELD = Scenario(support="grip", point="4", incidence_deg=17.0, after=0.008)
@@ -77,21 +82,13 @@ def test_restitution_goes_from_the_free_to_the_clamped_racket(tmp_path):
     found = []
     for factor in (1e-6, 1.0, 1e2, 1e4):
         path = tmp_path / f"grip_{factor:g}.yaml"
-        path.write_text(_yaml(load_grip().scaled(factor)))
+        write_grip(load_grip().scaled(factor), path)
         case = dataclasses.replace(held, grip=str(path))
         found.append(simulate(case, system, history=False).apparent_restitution)
     assert found == sorted(found)
     assert found[0] == pytest.approx(free, abs=1e-5)  # the damping is a thousandth
     assert found[-1] == pytest.approx(clamped, abs=2e-3)
     assert found[1] - free < 0.01
-
-
-def _yaml(grip) -> str:
-    lines = [f"name: {grip.name}", f'title: "{grip.title}"', "notes: []"]
-    for name in ("force_stiffness", "force_damping", "torque_stiffness", "torque_damping"):
-        q = getattr(grip, name)
-        lines.append(f'{name}: {{value: {q.value}, unit: "{q.unit}", status: inferred, source: t}}')
-    return "\n".join(lines)
 
 
 def test_the_load_converts_to_autodiff():
@@ -150,6 +147,30 @@ def test_a_torsional_grip_holds_its_point():
     distance = np.linalg.norm(butt - [grip, 0.0, 0.0], axis=1)
     np.testing.assert_allclose(distance, grip, rtol=1e-9)
     assert np.ptp(butt[:, 2]) > 1e-3
+
+
+def test_a_written_grip_comes_back(tmp_path):
+    grip = load_grip("tight").scaled(0.3)
+    write_grip(grip, tmp_path / "mine.yaml")
+    assert load_grip(str(tmp_path / "mine.yaml")) == grip
+
+
+def test_grip_limits_study(tmp_path):
+    command = [sys.executable, str(STUDY), "--factors", "0.01", "1", "1000"]
+    run = subprocess.run(
+        [*command, "--out", str(tmp_path / "o")], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    data = xarray.open_dataset(tmp_path / "o" / "grip_limits.nc", engine="h5netcdf")
+    rotation = data["rotation"].to_numpy()
+    assert list(data["factor"]) == [0.0, 0.01, 1.0, 1000.0, np.inf]
+    assert np.all(np.diff(rotation) < 0.0)
+    assert rotation[-1] == pytest.approx(0.0, abs=1e-12)
+    assert float(data["rebound"][-2]) == pytest.approx(float(data["rebound"][-1]), abs=0.1)
+    assert float(data["rebound"][1] - data["rebound"][0]) == pytest.approx(0.0, abs=0.02)
+    wrong = subprocess.run([*command[:-1], "0.5"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2
+    assert "--factors" in wrong.stderr
 
 
 def test_presets_keep_the_damping_ratio_of_the_normal_grip():

@@ -5,7 +5,6 @@ parameters, J. Biomech. 29(9):1223-1230, Table 4. A segment's sagittal axis runs
 and its transverse axis from side to side in the anatomical position (arm hanging, palm forward).
 """
 
-
 import dataclasses
 import math
 from dataclasses import dataclass, field
