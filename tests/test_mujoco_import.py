@@ -500,6 +500,7 @@ def test_fist_holds_one_straight_grip(arm):
         fist(compile_model(SEVERAL))
 
 
+@pytest.mark.slow
 def test_study(tmp_path, arm):
     command = [sys.executable, str(STUDY), "--samples", "3", "--fist", "--after", "0.006"]
     command += ["--out", str(tmp_path / "o")]
