@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 
 from drake_racket.errors import InputError, one_line_errors
-from drake_racket.files import write_csv, write_figure, write_netcdf, write_table
+from drake_racket.files import check_directory, write_csv, write_figure, write_netcdf, write_table
 from drake_racket.parameters import load_ball
 from drake_racket.plots.force_plate import force_plate_figure
 from drake_racket.rigs.force_plate import SPEEDS, plate_dataset
@@ -32,6 +32,7 @@ def main() -> None:
     parser.add_argument("--approach-speed", type=float, help="of the ball in the signal, m/s")
     parser.add_argument("--threshold", type=float, default=0.01, help="of contact, share of peak")
     options = parser.parse_args()
+    check_directory(options.out, "--out")
 
     ball = load_ball(options.ball)
     if (options.signal is None) != (options.approach_speed is None):

@@ -14,6 +14,7 @@ import xarray
 
 from drake_racket import load_racket, write_figure, write_netcdf, write_table
 from drake_racket.errors import one_line_errors
+from drake_racket.files import check_directory
 from drake_racket.parameters import RACKETS
 from drake_racket.plots.modes import frame_modes_figure, grip_figure, string_modes_figure
 from drake_racket.rigs.frame_modes import fundamentals_table, modes_dataset
@@ -32,6 +33,7 @@ def main() -> None:
     )
     parser.add_argument("--quick", action="store_true", help="few grips")
     arguments = parser.parse_args()
+    check_directory(arguments.out, "--out")
     check_samples(arguments.samples)
     for racket in arguments.racket:  # bad names fail before anything is written
         load_racket(racket, arguments.tension)

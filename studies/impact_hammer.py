@@ -13,7 +13,7 @@ from pathlib import Path
 import xarray as xr
 
 from drake_racket.errors import InputError, one_line_errors
-from drake_racket.files import write_csv, write_figure, write_netcdf, write_table
+from drake_racket.files import check_directory, write_csv, write_figure, write_netcdf, write_table
 from drake_racket.parameters import JOINT_READINGS, load_racket
 from drake_racket.plots.impact_hammer import hammer_figure
 from drake_racket.rigs.bending_mode import acceleration_signal, ringing_dataset
@@ -54,6 +54,7 @@ def parse() -> argparse.Namespace:
 def main() -> None:
     """Runs the study."""
     options = parse()
+    check_directory(options.out, "--out")
     racket = load_racket(options.racket, joint_reading=options.joint_reading)
     if options.pulse is not None:
         if (options.peak, options.length) != (None, None):

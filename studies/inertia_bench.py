@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_racket.errors import one_line_errors
-from drake_racket.files import write_figure, write_netcdf, write_table
+from drake_racket.files import check_directory, write_figure, write_netcdf, write_table
 from drake_racket.plots.inertia_bench import inertia_bench_figure
 from drake_racket.rigs.inertia_dataset import inertia_dataset
 from drake_racket.rigs.inertia_swings import bending_error, swing_history
@@ -59,6 +59,7 @@ def main() -> None:
     parser.add_argument("--oscillations", type=int, default=3, help="timed swings")
     parser.add_argument("--no-bending", action="store_true", help="leave the flexible frame out")
     arguments = parser.parse_args()
+    check_directory(arguments.out, "--out")
     settings = {
         "amplitude": float(np.radians(arguments.amplitude)),
         "oscillations": arguments.oscillations,

@@ -172,7 +172,21 @@ def test_moving_racket_study(tmp_path):
         ("moving_racket.py", ["--support", "table"], "support"),
         ("static_stiffness.py", ["--forces", "-3"], "forces"),
         ("static_stiffness.py", ["--points", "0"], "point"),
-        ("static_stiffness.py", ["--out", "/dev/null/x"], "--out"),
+        *(
+            (f"{study}.py", ["--out", "/dev/null/x"], "--out")
+            for study in (
+                "force_plate",
+                "frame_modes",
+                "grip_limits",
+                "head_clamped",
+                "impact_hammer",
+                "impact_location_and_grip",
+                "inertia_bench",
+                "moving_racket",
+                "static_stiffness",
+                "upper_limb",
+            )
+        ),
     ],
 )
 def test_bad_options_of_a_study_are_one_line(study, arguments, said, tmp_path):
