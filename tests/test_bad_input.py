@@ -823,7 +823,7 @@ def run_main(*arguments: str, simulate: Callable[..., Any] | None = None) -> Out
     status: object = 0
     with (
         mock.patch.object(sys, "argv", ["drake-racket", *arguments]),
-        mock.patch.object(cli, "simulate", simulate),
+        mock.patch.object(cli.impact, "simulate", simulate),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
     ):

@@ -82,7 +82,7 @@ def no_simulation(monkeypatch):
     def refuse(scenario):
         raise AssertionError("a simulation was started")
 
-    monkeypatch.setattr(cli, "simulate", refuse)
+    monkeypatch.setattr(cli.impact, "simulate", refuse)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,53 @@
+"""The command line, `drake-racket`: one module per command.
+
+Units: m/s, degrees, s. Bad input prints one line on standard error and exits with status 2.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+from typing import Any, NoReturn
+
+import typer
+
+from drake_racket.cli import impact, show, validate
+from drake_racket.errors import InputError, one_line
+from drake_racket.simulate import SimulationError
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Tennis racket and ball impacts, after Glynn, King & Mitchell (2011).",
+)
+for command in (impact.impact, show.show, validate.validate):
+    app.command()(command)
+
+# click's class for wrong options and arguments; typer carries its own copy or imports click
+_UsageError: Any = typer.BadParameter.__bases__[0]
+
+
+def main() -> None:
+    """Runs the command line; bad input ends with status 2 and one line on standard error."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal without ° or ² gets ? instead
+    try:
+        status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+    except InputError as error:
+        _stop(str(error), 2)
+    except _UsageError as error:
+        _stop(f"{error.format_message()} (see drake-racket --help)", 2)
+    except SimulationError as error:
+        _stop(str(error), 1)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)
+    except typer.Abort:  # Ctrl-C in typer releases that do not give it a status themselves
+        status = 130
+    if status:
+        sys.exit(status)
+
+
+def _stop(message: str, status: int) -> NoReturn:
+    print(f"drake-racket: {one_line(message)}", file=sys.stderr)
+    sys.exit(status)

@@ -1,0 +1,5 @@
+"""`python -m drake_racket.cli`."""
+
+from drake_racket.cli import main
+
+main()

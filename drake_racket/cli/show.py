@@ -1,0 +1,80 @@
+"""`drake-racket show`: a racket's parameters and where they come from."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from drake_racket.cli.console import new_console
+from drake_racket.describe import RacketProperties, racket_properties
+from drake_racket.parameters import check_racket, load_ball, load_racket
+from drake_racket.quantities import Assignment, Choice, Quantities, Quantity, sourced_fields
+
+
+def show(
+    racket: Annotated[str, typer.Argument(help="tour, recreational, or a parameter file.")],
+    tension: Annotated[str, typer.Option(help="low, high, or a stringing tension in N.")] = "low",
+    joint_reading: Annotated[
+        str | None, typer.Option(help="by_axis or as_printed (default: the file's).")
+    ] = None,
+) -> None:
+    """Prints a racket's parameters with their sources, and what follows from them."""
+    parameters = load_racket(racket, tension, joint_reading=joint_reading)
+    check_racket(parameters, racket)
+    console = new_console()
+    console.print(f"[bold]{escape(parameters.title)}[/]")
+    console.print(_properties_table(racket_properties(parameters)))
+    console.print(_parameter_table(parameters))
+    console.print("[bold]Ball[/]")
+    ball = load_ball()
+    console.print(_parameter_table(ball))
+    for note in parameters.notes:
+        console.print(f"note: {escape(note)}")
+    values = [*sourced_fields(parameters), *sourced_fields(ball, "ball")]
+    inferred = [key for key, value in values if value.status == "inferred"]
+    console.print(f"[bold]Inferred[/] ({len(inferred)}): " + ", ".join(inferred))
+
+
+def _properties_table(properties: RacketProperties) -> Table:
+    table = Table(box=None, show_header=False, pad_edge=False)
+    p = properties
+    table.add_row("total mass", f"{1e3 * p.mass:.1f} g (strung)")
+    table.add_row("balance", f"{1e3 * p.balance:.1f} mm from the butt")
+    table.add_row("swingweight", f"{1e4 * p.swingweight:.1f} kg cm² about 4 inches from the butt")
+    table.add_row("twistweight", f"{1e4 * p.twistweight:.1f} kg cm²")
+    table.add_row(
+        "fundamentals",
+        f"{p.in_plane_frequency:.1f} Hz in plane, {p.out_of_plane_frequency:.1f} Hz out of plane"
+        " (bare frame, free)",
+    )
+    return table
+
+
+def _parameter_table(parameters: object) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("parameter", "value", "unit", "status", "source"):
+        table.add_column(column, no_wrap=column in ("parameter", "unit", "status"), overflow="fold")
+    for key, value in sourced_fields(parameters):
+        unit = getattr(value, "unit", "")
+        mark = "yellow" if value.status == "inferred" else ""
+        table.add_row(
+            key,
+            _shown(value),
+            unit,
+            f"[{mark}]{value.status}[/]" if mark else value.status,
+            escape(value.source),
+        )
+    return table
+
+
+def _shown(value: Quantity | Quantities | Choice | Assignment) -> str:
+    if isinstance(value, Quantity):
+        return f"{value.value:g}"
+    if isinstance(value, Quantities):
+        return ", ".join(f"{x:g}" for x in value.value)
+    if isinstance(value, Choice):
+        return value.value
+    return ", ".join(f"{name} {parameter}" for name, parameter in value.value.items())
