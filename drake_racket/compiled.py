@@ -5,7 +5,10 @@ The laws are plain functions: the same source runs on floats, on AutoDiffXd and 
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 try:
@@ -15,19 +18,38 @@ except ImportError:
     numba = None
 
 
-def compiled(law: Callable[..., Any]) -> Callable[..., Any]:
-    """`law` as machine code for float arguments, cached on disk.
+def compiled(law: Callable[..., Any], **options: Any) -> Callable[..., Any]:
+    """`law` as machine code for float arguments, cached on disk; `options` are `numba.njit`'s.
 
-    The cache knows of changes in the law's own file only: keep what it calls beside it.
+    The cache knows of changes in the law's own file only: keep what it calls beside it, or let
+    the law be a closure over `sources_stamp` of the files with what it calls.
     """
     if numba is None:
         return law
     machine_code: Callable[..., Any]
     try:
-        machine_code = numba.njit(cache=True)(law)
+        machine_code = numba.njit(cache=True, **options)(law)
     except RuntimeError:  # no directory that the cache may be written to
-        machine_code = numba.njit(law)
+        machine_code = numba.njit(**options)(law)
     return machine_code
+
+
+def sources_stamp(*modules: ModuleType) -> int:
+    """A number that changes with the source of `modules`.
+
+    numba's cache tells closures apart by what they close over: a compiled closure over this number
+    is compiled anew when one of these sources has changed.
+    """
+    digest = hashlib.sha256()
+    for module in modules:
+        digest.update(Path(str(module.__file__)).read_bytes())
+    return int.from_bytes(digest.digest()[:6], "big")
+
+
+parallel_range: Any = range if numba is None else numba.prange
+"""The range of a loop whose passes are independent, in a function compiled with parallel=True."""
+
+HAS_NUMBA = numba is not None
 
 
 def compilable(law: Callable[..., Any]) -> Callable[..., Any]:

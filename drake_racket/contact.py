@@ -74,6 +74,28 @@ def contact_law(p: Any, v: Any, constants: Any) -> Any:
 
 
 @compilable
+def contact_partials(p: Any, v: Any, constants: Any) -> Any:
+    """The force of `contact_law` in contact (N > 0), and what its derivatives are made of.
+
+    With t the tangential vector of the friction's reading, s its scale and r = sqrt(|t|^2 + s^2):
+    dF = u dN + N du_mu dmu - (mu N / r) (dt - t (t . dt) / r^2), where u = -mu t / r.
+
+    Returns:
+        F_x, F_y, N (N); u_x, u_y = F / N; t_x / r, t_y / r; mu N / r (N over the unit of t).
+
+    """
+    fx, fy, normal, _ = contact_law(p, v, constants)
+    if constants[6] > 0.5:
+        tx, ty = p[0] - constants[3], p[1] - constants[4]
+    else:
+        tx, ty = v[0], v[1]
+    r = (tx * tx + ty * ty + constants[5] * constants[5]) ** 0.5
+    ex, ey = tx / r, ty / r
+    mu = constants[2]
+    return fx, fy, normal, -mu * ex, -mu * ey, ex, ey, mu * normal / r
+
+
+@compilable
 def relative_motion(x_s: Any, x_q: Any, v_s: Any, v_q: Any) -> Any:
     """p_SQ_B (m) and v_SQ_B (m/s), the ball Q about the string mass S as seen in the head B.
 

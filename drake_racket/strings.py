@@ -103,13 +103,56 @@ def rest_lengths(
 
 
 @compilable
+def spring_law(dz: Any, rate: Any, k: Any, slack: Any, length2: Any, c: Any) -> Any:
+    """Slope dz/L (1) and tension T (N) of springs, one or many alike. Equation: module docstring.
+
+    Args:
+        dz, rate: height of one end above the other (m) and its rate (m/s).
+        k, slack, length2, c: k (N/m); T0 - k L0 (N); L0^2 (m^2); c (N s/m).
+
+    """
+    length = np.sqrt(dz * dz + length2)
+    slope = dz / length
+    return slope, slack + k * length + c * slope * rate
+
+
+@compilable
+def spring_partials(dz: Any, rate: Any, k: Any, slack: Any, length2: Any, c: Any) -> Any:
+    """The transverse force F = T dz/L (N) of springs, and its six partial derivatives.
+
+    With L_z = dz/L, slope_z = L0^2/L^3 and T_z = k L_z + c slope_z rate,
+    F_z = T_z dz/L + T slope_z; the others likewise.
+
+    Returns:
+        F and its derivatives with respect to the six arguments of `spring_law`, in their order.
+
+    """
+    slope, tension = spring_law(dz, rate, k, slack, length2, c)
+    length = np.sqrt(dz * dz + length2)
+    slope_z = length2 / (length * length * length)
+    by_dz = (k * slope + c * slope_z * rate) * slope + tension * slope_z
+    half = 0.5 / length  # dL / d(L0^2)
+    slope_l = -slope * half / length
+    by_length2 = (k * half + c * slope_l * rate) * slope + tension * slope_l
+    square = slope * slope
+    return tension * slope, by_dz, c * square, length * slope, slope, by_length2, square * rate
+
+
+@compilable
+def spring_energy(dz: Any, k: Any, slack: Any, length2: Any) -> Any:
+    """Energy (J) above the flat spring, T0 (L - L0) + k (L - L0)^2 / 2; as `spring_law`."""
+    length0 = np.sqrt(length2)
+    # L - L0 without cancellation, since dz is small beside L0
+    stretch = dz * dz / (np.sqrt(dz * dz + length2) + length0)
+    return (slack + k * length0) * stretch + 0.5 * k * stretch * stretch
+
+
+@compilable
 def _stretch(z: Any, zdot: Any, constants: Any) -> Any:
     """Slope dz/L and tension T (N) of each spring; arguments as for `tensions`."""
-    dz = INCIDENCE @ z
-    length = np.sqrt(dz * dz + constants[2])
-    slope = dz / length
-    tension = constants[1] + constants[0] * length + constants[3] * slope * (INCIDENCE @ zdot)
-    return slope, tension
+    return spring_law(
+        INCIDENCE @ z, INCIDENCE @ zdot, constants[0], constants[1], constants[2], constants[3]
+    )
 
 
 def tensions(z: Any, zdot: Any, constants: Any) -> Any:
@@ -131,12 +174,7 @@ def generalized_forces(z: Any, zdot: Any, constants: Any) -> Any:
 
 def stored_energy(z: Any, constants: Any) -> Any:
     """Energy (J) above the flat bed: sum of T0 (L - L0) + k (L - L0)^2 / 2."""
-    dz = INCIDENCE @ z
-    length0 = np.sqrt(constants[2])
-    # L - L0 without cancellation, since dz is small beside L0
-    stretch = dz * dz / (np.sqrt(dz * dz + constants[2]) + length0)
-    initial_tension = constants[1] + constants[0] * length0
-    return np.sum(initial_tension * stretch + 0.5 * constants[0] * stretch * stretch)
+    return np.sum(spring_energy(INCIDENCE @ z, constants[0], constants[1], constants[2]))
 
 
 def dissipated_power(z: Any, zdot: Any, constants: Any) -> Any:

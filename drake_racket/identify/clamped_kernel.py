@@ -1,0 +1,400 @@
+"""One normal or oblique impact on a string-bed whose head is clamped, as compiled loops.
+
+The same laws as the Drake systems (`strings.spring_law`, `contact.contact_law`) in an ODE of 24
+states: heights z and rates of the nine string masses, position and velocity of the ball, both in
+the head. Touch is at t = 0. A step is Runge-Kutta of order 4; release, a second touch and the
+peaks are placed inside a step by root finding. The run ends when the ball is out of reach: the
+energy E left in the bed cannot lift the struck mass above sqrt(2 E / K), K its static stiffness
+without the springs' k, which only adds.
+
+Sensitivities s = dy/dtheta follow s' = (df/dy) s + df/dtheta through the same Runge-Kutta steps:
+they are the exact derivatives of the computed states at a fixed time. Where the force jumps (a
+second touch at t_e) s jumps by (f_before - f_after) dt_e/dtheta. At release the force is 0 on both
+sides.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from drake_racket import contact, strings
+from drake_racket.compiled import compilable, compiled, parallel_range, sources_stamp
+from drake_racket.contact import contact_law, contact_partials
+from drake_racket.strings import SPRINGS, spring_energy, spring_law, spring_partials
+
+OUTPUTS = ("v_x", "v_y", "v_z", "contact_time", "peak_normal_force", "peak_deflection")
+"""Rebound velocity (m/s, in the head), first touch to last release (s), N, m (struck mass)."""
+
+TOUCHES, ENDED = 6, 7
+"""Columns after OUTPUTS: number of touches; 1 if the ball was out of reach within LONGEST."""
+
+LONGEST = 0.03
+"""s; contacts take 3 to 6 ms."""
+
+FIRST = np.array([i - 1 for i, _ in SPRINGS.values()])
+SECOND = np.array([j - 1 for _, j in SPRINGS.values()])  # -1 for the rim
+
+RELEASE, GAP, TURN, CREST = range(4)
+
+
+@compilable
+def _relative(y: Any, p: int) -> Any:
+    """p_SQ and v_SQ in the head."""
+    return (y[18], y[19], y[20] - y[p]), (y[21], y[22], y[23] - y[9 + p])
+
+
+@compilable
+def _rates(y: Any, touching: bool, p: int, bed: Any, ball: Any, mass: Any, f: Any) -> None:
+    """Rates y' into f. `mass`: of the ball, of a string mass; `ball`: contact_law's constants."""
+    for i in range(9):
+        f[i] = y[9 + i]
+        f[9 + i] = 0.0
+    for s in range(24):
+        i, j = FIRST[s], SECOND[s]
+        dz, rate = y[i], y[9 + i]
+        if j >= 0:
+            dz -= y[j]
+            rate -= y[9 + j]
+        slope, tension = spring_law(dz, rate, bed[0, s], bed[1, s], bed[2, s], bed[3, s])
+        pull = tension * slope / mass[1]
+        f[9 + i] -= pull
+        if j >= 0:
+            f[9 + j] += pull
+    f[18], f[19], f[20] = y[21], y[22], y[23]
+    f[21] = f[22] = f[23] = 0.0
+    if touching:
+        at, moving = _relative(y, p)
+        # raw, not N: the stages of the step that ends at the release may look past it
+        fx, fy, _, raw = contact_law(at, moving, ball)
+        f[21], f[22], f[23] = fx / mass[0], fy / mass[0], raw / mass[0]
+        f[9 + p] -= raw / mass[1]
+
+
+@compilable
+def _tangent_rates(
+    y: Any,
+    s: Any,
+    touching: bool,
+    p: int,
+    bed: Any,
+    ball: Any,
+    mass: Any,
+    by_bed: Any,
+    by_ball: Any,
+    f: Any,
+) -> None:
+    """Rates s' into f, (24, n). `by_bed` (4, 24, n), `by_ball` (3, n): d constants/dtheta."""
+    count = s.shape[1]
+    for i in range(9):
+        for a in range(count):
+            f[i, a] = s[9 + i, a]
+            f[9 + i, a] = 0.0
+    for r in range(24):
+        i, j = FIRST[r], SECOND[r]
+        dz, rate = y[i], y[9 + i]
+        if j >= 0:
+            dz -= y[j]
+            rate -= y[9 + j]
+        _, by_dz, by_rate, by_k, by_slack, by_length2, by_c = spring_partials(
+            dz, rate, bed[0, r], bed[1, r], bed[2, r], bed[3, r]
+        )
+        for a in range(count):
+            d_dz, d_rate = s[i, a], s[9 + i, a]
+            if j >= 0:
+                d_dz -= s[j, a]
+                d_rate -= s[9 + j, a]
+            pull = (
+                by_dz * d_dz
+                + by_rate * d_rate
+                + by_k * by_bed[0, r, a]
+                + by_slack * by_bed[1, r, a]
+                + by_length2 * by_bed[2, r, a]
+                + by_c * by_bed[3, r, a]
+            ) / mass[1]
+            f[9 + i, a] -= pull
+            if j >= 0:
+                f[9 + j, a] += pull
+    for a in range(count):
+        for i in range(3):
+            f[18 + i, a] = s[21 + i, a]
+            f[21 + i, a] = 0.0
+    if not touching:
+        return
+    at, moving = _relative(y, p)
+    _, _, normal, ux, uy, ex, ey, share = contact_partials(at, moving, ball)
+    for a in range(count):
+        dn = (
+            -ball[0] * (s[20, a] - s[p, a])
+            - ball[1] * (s[23, a] - s[9 + p, a])
+            - at[2] * by_ball[0, a]
+            - moving[2] * by_ball[1, a]
+        )
+        dtx, dty = s[21, a], s[22, a]
+        if ball[6] > 0.5:
+            dtx, dty = s[18, a], s[19, a]
+        along = ex * dtx + ey * dty
+        d_mu = normal * by_ball[2, a]
+        f[21, a] = (ux * dn - ex * d_mu - share * (dtx - ex * along)) / mass[0]
+        f[22, a] = (uy * dn - ey * d_mu - share * (dty - ey * along)) / mass[0]
+        f[23, a] = dn / mass[0]
+        f[9 + p, a] -= dn / mass[1]
+
+
+@compilable
+def _step(
+    y: Any, h: float, touching: bool, p: int, bed: Any, ball: Any, mass: Any, w: Any, new: Any
+) -> None:
+    """One Runge-Kutta step of y into `new`; w (8, 24) keeps the four slopes and stages."""
+    w[4] = y
+    _rates(y, touching, p, bed, ball, mass, w[0])
+    for stage in range(1, 4):
+        part = h if stage == 3 else 0.5 * h
+        for i in range(24):
+            w[4 + stage, i] = y[i] + part * w[stage - 1, i]
+        _rates(w[4 + stage], touching, p, bed, ball, mass, w[stage])
+    for i in range(24):
+        new[i] = y[i] + h / 6.0 * (w[0, i] + 2.0 * w[1, i] + 2.0 * w[2, i] + w[3, i])
+
+
+@compilable
+def _tangent_step(
+    s: Any,
+    h: float,
+    touching: bool,
+    p: int,
+    bed: Any,
+    ball: Any,
+    mass: Any,
+    by_bed: Any,
+    by_ball: Any,
+    w: Any,
+    v: Any,
+    new: Any,
+) -> None:
+    """The derivative of `_step`, at the stages that it left in w; v (3, 24, n) is scratch."""
+    count = s.shape[1]
+    slope, stage_s, total = v[0], v[1], v[2]
+    for i in range(24):
+        for a in range(count):
+            total[i, a] = 0.0
+            stage_s[i, a] = s[i, a]
+    for stage in range(4):
+        _tangent_rates(w[4 + stage], stage_s, touching, p, bed, ball, mass, by_bed, by_ball, slope)
+        weight = 1.0 if stage in (0, 3) else 2.0
+        part = h if stage == 2 else 0.5 * h
+        for i in range(24):
+            for a in range(count):
+                total[i, a] += weight * slope[i, a]
+                stage_s[i, a] = s[i, a] + part * slope[i, a]
+    for i in range(24):
+        for a in range(count):
+            new[i, a] = s[i, a] + h / 6.0 * total[i, a]
+
+
+@compilable
+def _sign(kind: int, y: Any, p: int, bed: Any, ball: Any, mass: Any, f: Any) -> Any:
+    """What is zero at an event: raw normal force, gap, rate of the struck mass, rate of N."""
+    at, moving = _relative(y, p)
+    if kind == RELEASE:
+        return contact_law(at, moving, ball)[3]
+    if kind == GAP:
+        return at[2]
+    if kind == TURN:
+        return y[9 + p]
+    _rates(y, True, p, bed, ball, mass, f)
+    return -ball[0] * moving[2] - ball[1] * (f[23] - f[9 + p])
+
+
+@compilable
+def _locate(
+    kind: int,
+    y: Any,
+    h: float,
+    touching: bool,
+    p: int,
+    bed: Any,
+    ball: Any,
+    mass: Any,
+    w: Any,
+    new: Any,
+    f: Any,
+) -> Any:
+    """The part of h after which the event is, by regula falsi (Illinois); `new` is there."""
+    low, high = 0.0, h
+    at_low = _sign(kind, y, p, bed, ball, mass, f)
+    _step(y, h, touching, p, bed, ball, mass, w, new)
+    at_high = _sign(kind, new, p, bed, ball, mass, f)
+    scale = max(abs(at_low), abs(at_high))
+    middle = high
+    for _ in range(60):
+        middle = (low * at_high - high * at_low) / (at_high - at_low)
+        _step(y, middle, touching, p, bed, ball, mass, w, new)
+        value = _sign(kind, new, p, bed, ball, mass, f)
+        if abs(value) <= 1e-13 * scale or high - low < 1e-15:
+            break
+        if (value > 0.0) == (at_high > 0.0):
+            high, at_high = middle, value
+            at_low *= 0.5
+        else:
+            low, at_low = middle, value
+            at_high *= 0.5
+    return middle
+
+
+@compilable
+def _reach(y: Any, p: int, bed: Any, mass: Any, stiffness: Any) -> float:
+    """How far (m) the struck mass can come out."""
+    energy = 0.0
+    for i in range(9):
+        energy += 0.5 * mass[1] * y[9 + i] * y[9 + i]
+    for s in range(24):
+        dz = y[FIRST[s]]
+        if SECOND[s] >= 0:
+            dz -= y[SECOND[s]]
+        energy += spring_energy(dz, bed[0, s], bed[1, s], bed[2, s])
+    return math.sqrt(2.0 * energy / stiffness[p])
+
+
+@compilable
+def _impact(
+    p: int,
+    velocity: Any,
+    bed: Any,
+    ball: Any,
+    mass: Any,
+    stiffness: Any,
+    by_bed: Any,
+    by_ball: Any,
+    h: float,
+    out: Any,
+    jacobian: Any,
+) -> None:
+    """One impact from first touch on; results into `out` (8,) and `jacobian` (6, n)."""
+    count = by_ball.shape[1]
+    y, new, f, w = np.zeros(24), np.empty(24), np.empty(24), np.empty((8, 24))
+    s, s_new, v = np.zeros((24, count)), np.empty((24, count)), np.empty((3, 24, count))
+    y[21], y[22], y[23] = velocity[0], velocity[1], velocity[2]
+    out[4], out[5] = -ball[1] * velocity[2], 0.0
+    for a in range(count):
+        jacobian[4, a] = -velocity[2] * by_ball[1, a]
+        jacobian[5, a] = 0.0
+    touching, behind, touches, t = True, False, 1, 0.0
+    crest = _sign(CREST, y, p, bed, ball, mass, f)
+    while t < LONGEST:
+        _step(y, h, touching, p, bed, ball, mass, w, new)
+        if touching:
+            # peaks lie inside the step; they do not change its course
+            rate = _sign(CREST, new, p, bed, ball, mass, f)
+            for kind in (TURN, CREST):
+                turned = y[9 + p] < 0.0 <= new[9 + p] if kind == TURN else crest > 0.0 >= rate
+                if not turned:
+                    continue
+                part = _locate(kind, y, h, touching, p, bed, ball, mass, w, new, f)
+                at, moving = _relative(new, p)
+                size = -new[p] if kind == TURN else contact_law(at, moving, ball)[2]
+                row = 5 if kind == TURN else 4
+                if size > out[row]:
+                    out[row] = size
+                    if count:
+                        _tangent_step(
+                            s, part, touching, p, bed, ball, mass, by_bed, by_ball, w, v, s_new
+                        )
+                    for a in range(count):
+                        if kind == TURN:
+                            jacobian[row, a] = -s_new[p, a]
+                        else:
+                            jacobian[row, a] = (
+                                -ball[0] * (s_new[20, a] - s_new[p, a])
+                                - ball[1] * (s_new[23, a] - s_new[9 + p, a])
+                                - at[2] * by_ball[0, a]
+                                - moving[2] * by_ball[1, a]
+                            )
+                _step(y, h, touching, p, bed, ball, mass, w, new)
+            crest = rate
+        part, event = h, False
+        if touching and _sign(RELEASE, new, p, bed, ball, mass, f) <= 0.0:
+            part, event = _locate(RELEASE, y, h, touching, p, bed, ball, mass, w, new, f), True
+        elif not touching and not behind and new[20] - new[p] <= 0.0:
+            part, event = _locate(GAP, y, h, touching, p, bed, ball, mass, w, new, f), True
+        if count:
+            _tangent_step(s, part, touching, p, bed, ball, mass, by_bed, by_ball, w, v, s_new)
+        t += part
+        for i in range(24):
+            y[i] = new[i]
+            for a in range(count):
+                s[i, a] = s_new[i, a]
+        at, moving = _relative(y, p)
+        if event and touching:
+            touching, behind = False, at[2] < 0.0
+            rate = _sign(CREST, y, p, bed, ball, mass, f)
+            out[3] = t
+            for a in range(count):
+                d_raw = (
+                    -ball[0] * (s[20, a] - s[p, a])
+                    - ball[1] * (s[23, a] - s[9 + p, a])
+                    - at[2] * by_ball[0, a]
+                    - moving[2] * by_ball[1, a]
+                )
+                jacobian[3, a] = -d_raw / rate
+        elif event:
+            touching, touches = True, touches + 1
+            _rates(y, False, p, bed, ball, mass, w[0])
+            _rates(y, True, p, bed, ball, mass, w[1])
+            for a in range(count):
+                dt = -(s[20, a] - s[p, a]) / moving[2]
+                for i in range(24):
+                    s[i, a] += (w[0, i] - w[1, i]) * dt
+            crest = _sign(CREST, y, p, bed, ball, mass, f)
+        elif behind and at[2] >= 0.0:
+            behind = False
+        if not (touching or behind) and y[23] > 0.0 and y[20] > _reach(y, p, bed, mass, stiffness):
+            out[ENDED] = 1.0
+            break
+    for i in range(3):
+        out[i] = y[21 + i]
+        for a in range(count):
+            jacobian[i, a] = s[21 + i, a]
+    out[TOUCHES] = touches
+
+
+def _batch(stamp: int) -> Any:
+    """The compiled loop over impacts; `stamp` makes numba's cache see changes in the laws."""
+
+    def run_batch(
+        bed_of: Any,
+        points: Any,
+        velocities: Any,
+        beds: Any,
+        balls: Any,
+        masses: Any,
+        stiffness: Any,
+        by_bed: Any,
+        by_ball: Any,
+        h: float,
+        out: Any,
+        jacobian: Any,
+    ) -> int:
+        for m in parallel_range(len(points)):
+            b = bed_of[m]
+            _impact(
+                points[m],
+                velocities[m],
+                beds[b],
+                balls[m],
+                masses[b],
+                stiffness[b],
+                by_bed[b],
+                by_ball[m],
+                h,
+                out[m],
+                jacobian[m],
+            )
+        return stamp
+
+    return compiled(run_batch, parallel=True, error_model="numpy")
+
+
+run_batch = _batch(sources_stamp(strings, contact))
