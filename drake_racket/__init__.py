@@ -5,7 +5,7 @@ doi:10.1007/s12283-010-0056-x. Compose it on your own plant with `add_racket`, `
 `add_impact`, or run the ready-made case with `simulate`.
 """
 
-from drake_racket.ball import Ball, add_ball
+from drake_racket.ball import Ball, add_ball, set_ball_inertia
 from drake_racket.ball_contact import BallContact, BallContact_, ContactRecord
 from drake_racket.describe import RacketProperties, frame_fundamentals, racket_properties
 from drake_racket.diagram import Impact, add_contact, add_impact, connect_forces
@@ -22,6 +22,7 @@ from drake_racket.limbs.stroke import Stroke, apply_stroke, solve_stroke
 from drake_racket.limbs.upper_limb import add_upper_limb
 from drake_racket.limbs.upper_limb_parameters import load_upper_limb
 from drake_racket.models import add_to_package_map, sdf_directory
+from drake_racket.overrides import ParameterKey, apply_overrides, parameter_keys
 from drake_racket.parameters import (
     BallParameters,
     RacketParameters,
@@ -29,7 +30,7 @@ from drake_racket.parameters import (
     load_racket,
 )
 from drake_racket.plots import impact_figure
-from drake_racket.racket import Racket, add_racket, find_racket
+from drake_racket.racket import Racket, add_racket, find_racket, set_racket_inertia
 from drake_racket.result import ImpactResult
 from drake_racket.scenario import IntegratorSettings, Scenario, load_scenario
 from drake_racket.simulate import SimulationError, configure_integrator, simulate
@@ -55,6 +56,7 @@ __all__ = [
     "IntegratorSettings",
     "Limb",
     "LimbSettings",
+    "ParameterKey",
     "Racket",
     "RacketParameters",
     "RacketProperties",
@@ -74,6 +76,7 @@ __all__ = [
     "add_supported_racket",
     "add_to_package_map",
     "add_upper_limb",
+    "apply_overrides",
     "apply_stroke",
     "balance",
     "configure_integrator",
@@ -88,8 +91,11 @@ __all__ = [
     "load_scenario",
     "load_upper_limb",
     "make_impact_diagram",
+    "parameter_keys",
     "racket_properties",
     "sdf_directory",
+    "set_ball_inertia",
+    "set_racket_inertia",
     "simulate",
     "solve_stroke",
     "write_csv",

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
+from pydrake.systems.framework import Context
 
 from drake_racket.errors import InputError
 from drake_racket.parameters import BallParameters
-from drake_racket.sdf_writer import ball_sdf
+from drake_racket.sdf_writer import ball_inertia, ball_sdf
 
 
 @dataclass(frozen=True)
@@ -43,3 +44,9 @@ def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "
     parser.SetStrictParsing()
     (instance,) = parser.AddModelsFromString(ball_sdf(parameters, name), "sdf")
     return Ball(plant, parameters, instance, plant.GetBodyByName("ball", instance))
+
+
+def set_ball_inertia(ball: Ball, root: Context, parameters: BallParameters) -> None:
+    """Writes the ball's mass and moments into a Context; see `set_racket_inertia`."""
+    context = ball.plant.GetMyMutableContextFromRoot(root)
+    ball.body.SetSpatialInertiaInBodyFrame(context, ball_inertia(parameters).spatial())

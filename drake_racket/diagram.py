@@ -245,8 +245,9 @@ def set_impact_parameters(
     """Writes the parameters of another racket file, ball or choice into a Diagram's Context.
 
     Varies what does not change the topology: spring constants, T0, damping, rest lengths, ball,
-    friction, point, readings, and the frame's two spring-dampers. Geometry, masses and spring
-    assignment belong to the plant and its systems: build a Diagram for each.
+    friction, point, readings, and the frame's two spring-dampers. Masses and moments are set by
+    `racket.set_racket_inertia` and `ball.set_ball_inertia`. Geometry and spring assignment belong
+    to the plant and its systems: build a Diagram for each.
 
     Args:
         root: the Context of the Diagram that holds `impact`.

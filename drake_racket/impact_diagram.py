@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
-from drake_racket.ball import add_ball
+from drake_racket.ball import add_ball, set_ball_inertia
 from drake_racket.diagram import (
     Impact,
     add_impact,
@@ -31,7 +30,7 @@ from drake_racket.limbs.striking_limb import (
     wire_striking_limb,
 )
 from drake_racket.parameters import BallParameters, RacketParameters
-from drake_racket.racket import add_racket
+from drake_racket.racket import add_racket, set_racket_inertia
 from drake_racket.scenario import Scenario, check_scenario
 from drake_racket.supports import add_hand_held_racket, add_supported_racket
 
@@ -88,6 +87,9 @@ class ImpactDiagram:
             scenario.reaction_point,
         )
         set_impact_parameters(self.impact, root, racket, contact)
+        set_racket_inertia(self.impact.racket, root, racket)
+        assert self.impact.ball is not None
+        set_ball_inertia(self.impact.ball, root, ball)
         if self.grip is not None:
             self.grip.set_stiffness(root, scenario.load_grip())
             set_grip_load_parameters(self.grip_load, self.grip, root)
@@ -123,8 +125,24 @@ class ImpactDiagram:
 
 
 def topology(scenario: Scenario, racket: RacketParameters, ball: BallParameters) -> tuple[Any, ...]:
-    """What a Diagram is built from and a Context cannot change; equal tuples share a Diagram."""
+    """What a Diagram is built from and a Context cannot change; equal tuples share a Diagram.
+
+    Of racket and ball: places and lengths, which are the Diagram's frames and what pictures are
+    drawn from, and which spring takes which constant. All else of racket, ball and grip is in the
+    Context (`create_context`).
+    """
     bed = racket.string_bed
+    lengths = (
+        racket.handle.length,  # the throat joint
+        racket.head.length,  # the frame `tip`
+        racket.landmarks.grip,
+        racket.landmarks.accelerometer,
+        bed.gsc,
+        bed.spacing,
+        bed.rim_semi_axis_x,  # within which the contact looks for a touch
+        bed.rim_semi_axis_y,
+        ball.radius,
+    )
     return (
         scenario.support,
         scenario.grip_kind if scenario.support in ("grip", "limb") else "",
@@ -132,12 +150,9 @@ def topology(scenario: Scenario, racket: RacketParameters, ball: BallParameters)
         scenario.time_step,
         tuple(scenario.gravity),
         scenario.audit,
-        *(dataclasses.astuple(p) for p in (racket.handle, racket.head, racket.landmarks)),
-        *(q.value for q in (bed.gsc, bed.spacing, bed.mass)),
-        (bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value),
+        tuple(quantity.value for quantity in lengths),
         tuple(sorted(bed.springs.value.items())),
         (len(bed.stiffness.value), len(bed.rim_factors.value)),
-        (ball.mass.value, ball.radius.value),
     )
 
 

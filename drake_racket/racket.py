@@ -16,10 +16,11 @@ from pydrake.multibody.tree import (
     ModelInstanceIndex,
     RigidBody,
 )
+from pydrake.systems.framework import Context
 
 from drake_racket.errors import InputError
 from drake_racket.parameters import RacketParameters
-from drake_racket.sdf_writer import racket_sdf
+from drake_racket.sdf_writer import part_inertia, racket_sdf, string_inertia
 from drake_racket.strings import (
     SPRING_NAMES,
     StringBedModel,
@@ -153,6 +154,23 @@ def _bushing(plant: MultibodyPlant, instance: ModelInstanceIndex) -> LinearBushi
     raise InputError(
         "find_racket: instance", plant.GetModelInstanceName(instance), "a model with a bushing"
     )
+
+
+def set_racket_inertia(racket: Racket, root: Context, parameters: RacketParameters) -> None:
+    """Writes mass, centre of mass and moments of handle, head and string masses into a Context.
+
+    The numbers are those that the SDF of `parameters` has. The massless link stays as it is.
+
+    Args:
+        root: the plant's Context, or that of a Diagram that holds the plant.
+
+    """
+    context = racket.plant.GetMyMutableContextFromRoot(root)
+    for body, part in ((racket.handle, parameters.handle), (racket.head, parameters.head)):
+        body.SetSpatialInertiaInBodyFrame(context, part_inertia(part).spatial())
+    inertia = string_inertia(parameters).spatial()
+    for body in racket.string_masses:
+        body.SetSpatialInertiaInBodyFrame(context, inertia)
 
 
 def string_bed_model(parameters: RacketParameters) -> StringBedModel:

@@ -15,6 +15,7 @@ from drake_racket.contact import CONTACT
 from drake_racket.energy import Balance, balance, rigid_motion
 from drake_racket.history import make_history
 from drake_racket.limbs.striking_limb import limits_are_ours
+from drake_racket.parameters import BallParameters
 
 if TYPE_CHECKING:
     import xarray
@@ -119,7 +120,7 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
     held = scenario.support.startswith("clamped")  # a hand lets the racket move
     audited = system.meter is not None
     balances = _balances(run, held, history) if audited else []
-    mass = system.impact.ball.parameters.mass.value  # type: ignore[union-attr]
+    ball = scenario.load_ball()
     with limits_are_ours(system.limb):
         dataset = make_history(run, balances) if history else None
     angle_z, angle_y = (
@@ -142,7 +143,7 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
         touches=record.touches,
         peak_normal_force=_peak(run.time, forces),
         peak_string_deflection=max(_peak(run.time, column) for column in deflections.T),
-        impulse=mass * (rebound - approach),
+        impulse=ball.mass.value * (rebound - approach),
         normal_approach_speed=record.approach_speed if touched else None,
         kb=record.kb if touched else None,
         cb=record.cb if touched else None,
@@ -155,7 +156,7 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
         momentum_error=errors[1],
         angular_momentum_error=errors[2],
         balance=balances[-1] if balances else None,
-        warnings=_warnings(run, record, balances, errors[0]),
+        warnings=_warnings(ball, record, balances, errors[0]),
         steps=run.steps,
         evaluations=run.evaluations,
         history=dataset,
@@ -169,7 +170,7 @@ def _initial_motion(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     racket = run.system.impact.racket
     context = run.system.plant.GetMyContextFromRoot(run.context_at(0))
     R_WR = racket.handle.EvalPoseInWorld(context).rotation()
-    aim = R_WR @ run.scenario.aim(racket.parameters)
+    aim = R_WR @ run.scenario.aim(run.scenario.load_racket())
     velocity = racket.handle.EvalSpatialVelocityInWorld(context).Shift(aim).translational()
     return R_WR.matrix(), velocity @ R_WR.matrix()
 
@@ -267,12 +268,13 @@ def _errors(
 
 
 def _warnings(
-    run: Run, record: ContactRecord, balances: list[Balance], energy_error: float | None
+    ball: BallParameters,
+    record: ContactRecord,
+    balances: list[Balance],
+    energy_error: float | None,
 ) -> list[str]:
     found = []
-    ball = run.system.impact.ball
-    assert ball is not None
-    low, high = ball.parameters.speed_low.value, ball.parameters.speed_high.value
+    low, high = ball.speed_low.value, ball.speed_high.value
     if record.touches == 0:
         found.append("the ball did not touch the strings")
     elif not low - 1e-6 <= record.approach_speed <= high + 1e-6:

@@ -15,6 +15,7 @@ from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.errors import InputError
 from drake_racket.grip import GRIP_KINDS, GripStiffness, load_grip
 from drake_racket.limbs.settings import LimbSettings, check_limb_settings
+from drake_racket.overrides import apply_overrides, check_known, parameter_keys
 from drake_racket.parameters import (
     BallParameters,
     RacketParameters,
@@ -51,6 +52,8 @@ class Scenario:
         grip, grip_kind: of the hand, by name or file: `loose`, `normal`, `tight`; and `compliant`,
             `torsional` or `weld` (see `grip`).
         limb: with support `limb`, which one, and its stroke: `limbs.settings`.
+        overrides: single numbers of racket, ball and grip in place of their files', by dotted key:
+            `racket.head.mass`, `ball.stiffness_low`, `grip.force_stiffness.x`; see `overrides`.
         point: `1` to `9`, or `auto` for the point nearest to the ball at touch.
         offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre).
         speed: of the ball, in the world.  incidence_deg: from the normal of the strings.
@@ -72,6 +75,7 @@ class Scenario:
     grip: str = "normal"
     grip_kind: str = "compliant"
     limb: LimbSettings = field(default_factory=LimbSettings)
+    overrides: dict[str, float] = field(default_factory=dict)
     point: str = "5"
     offset_x: float = 0.0
     offset_y: float = 0.0
@@ -94,16 +98,17 @@ class Scenario:
         return 0 if self.point == "auto" else int(self.point)
 
     def load_racket(self) -> RacketParameters:
-        """The racket's parameters; raises InputError."""
-        return load_racket(self.racket, self.tension, joint_reading=self.joint_reading or None)
+        """The racket's parameters, with the overrides; raises InputError."""
+        racket = load_racket(self.racket, self.tension, joint_reading=self.joint_reading or None)
+        return apply_overrides(racket, self.overrides)
 
     def load_ball(self) -> BallParameters:
-        """The ball's parameters; raises InputError."""
-        return load_ball(self.ball)
+        """The ball's parameters, with the overrides; raises InputError."""
+        return apply_overrides(load_ball(self.ball), self.overrides)
 
     def load_grip(self) -> GripStiffness:
-        """The hand's grip; raises InputError."""
-        return load_grip(self.grip)
+        """The hand's grip, with the overrides; raises InputError."""
+        return apply_overrides(load_grip(self.grip), self.overrides)
 
     def aim(self, racket: RacketParameters) -> NDArray[np.float64]:
         """Where the ball is aimed, p_RoA_R (m)."""
@@ -184,9 +189,11 @@ def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
     if 0.0 < scenario.time_step < 1e-7:
         raise InputError(f"{where}: time_step", scenario.time_step, "0, or 1e-7 to 1e-3 s")
     _check_integrator(scenario.integrator, f"{where}: integrator")
-    racket = scenario.load_racket()
-    scenario.load_ball()
-    scenario.load_grip()
+    racket, ball, grip = scenario.load_racket(), scenario.load_ball(), scenario.load_grip()
+    if scenario.overrides:
+        stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
+        check_known(stray, parameter_keys(racket, ball, grip))
+        _check_grip_overrides(scenario, where)
     check_limb_settings(scenario.limb, f"{where}: limb")
     _check_aim(scenario, racket, where)
 
@@ -199,11 +206,29 @@ def _check_types(scenario: Scenario, where: str) -> None:
         (bool, "true or false", ("audit",)),
         (IntegratorSettings, "IntegratorSettings", ("integrator",)),
         (LimbSettings, "LimbSettings", ("limb",)),
+        (dict, "keys and numbers", ("overrides",)),
     )
     for kind, text, keys in kinds:
         for key in keys:
             if not isinstance(getattr(scenario, key), kind):
                 raise InputError(f"{where}: {key}", getattr(scenario, key), text)
+    for key in scenario.overrides:
+        if not isinstance(key, str):
+            raise InputError(f"{where}: overrides", key, "keys that are texts")
+
+
+def _check_grip_overrides(scenario: Scenario, where: str) -> None:
+    """Refuses numbers of a grip that this support or kind of grip does not look at."""
+    for key, value in scenario.overrides.items():
+        if not key.startswith("grip."):
+            continue
+        name = f"{where}: overrides.{key}"
+        if scenario.support not in ("grip", "limb"):
+            raise InputError(name, value, f"no grip's numbers with support {scenario.support}")
+        if scenario.grip_kind == "weld":
+            raise InputError(name, value, "no grip's numbers with grip_kind weld")
+        if scenario.grip_kind == "torsional" and key.startswith("grip.force_"):
+            raise InputError(name, value, "torques alone with grip_kind torsional")
 
 
 def _check_integrator(settings: IntegratorSettings, where: str) -> None:

@@ -7,6 +7,11 @@ text, so that the numbers in SDF and YAML are one.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from pydrake.math import RotationMatrix
+from pydrake.multibody.tree import RotationalInertia, SpatialInertia
+
 from drake_racket.limbs.upper_limb_sdf import shipped_limb_models
 from drake_racket.models import sdf_directory
 from drake_racket.parameters import (
@@ -17,6 +22,48 @@ from drake_racket.parameters import (
     load_ball,
     load_racket,
 )
+
+
+@dataclass(frozen=True)
+class LinkInertia:
+    """What SDF says of a link's inertia; `spatial` is the same for a Context.
+
+    mass (kg); com (m), the centre of mass along the link's x; moments (kg m^2) about it, along x, y
+    and z.
+    """
+
+    mass: float
+    com: float
+    moments: tuple[float, float, float]
+
+    def spatial(self) -> SpatialInertia:
+        """M_LLo_L as Drake's parser makes it of the SDF, to the last bit.
+
+        Raises:
+            RuntimeError: Drake does not take it for a body's inertia.
+
+        """
+        moments = RotationalInertia(*self.moments).ReExpress(RotationMatrix())
+        return SpatialInertia.MakeFromCentralInertia(self.mass, [self.com, 0.0, 0.0], moments)
+
+
+def part_inertia(part: Part) -> LinkInertia:
+    """Of the handle or the head."""
+    moments = part.moi_longitudinal.value, part.moi_transverse.value, part.moi_frontal.value
+    return LinkInertia(part.mass.value, part.com.value, moments)
+
+
+def string_inertia(racket: RacketParameters) -> LinkInertia:
+    """Of one of the nine string masses."""
+    return LinkInertia(racket.string_bed.mass.value / 9.0, 0.0, (0.0, 0.0, 0.0))
+
+
+def ball_inertia(ball: BallParameters) -> LinkInertia:
+    """Of the ball; see `ball_sdf`."""
+    mass, radius = ball.mass.value, ball.radius.value
+    moment = 2.0 / 3.0 * mass * radius * radius
+    return LinkInertia(mass, 0.0, (moment, moment, moment))
+
 
 _OPEN = '<?xml version="1.0"?>\n<sdf xmlns:drake="drake.mit.edu" version="1.9">\n'
 
@@ -69,12 +116,10 @@ def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
     The contact force goes through its centre, so that it never spins and moves as the point mass
     of the paper. Drake needs a rotational inertia; a thin shell's, 2/3 m r^2, is given.
     """
-    mass, radius = ball.mass.value, ball.radius.value
-    moment = 2.0 / 3.0 * mass * radius * radius
     body = [
         f'  <model name="{name or ball.name}">',
         '    <link name="ball">',
-        *_inertial(mass, 0.0, (moment, moment, moment)),
+        *_inertial(ball_inertia(ball)),
         "    </link>",
         "  </model>",
         "</sdf>",
@@ -84,7 +129,7 @@ def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
 
 
 def _string_masses(racket: RacketParameters) -> list[str]:
-    mass = racket.string_bed.mass.value / 9.0
+    inertia = string_inertia(racket)
     lines = ["    <!-- string-bed points 1-9, each free along the normal of the string plane -->"]
     for i in range(1, 10):
         x, y = racket.point_in_head(i)
@@ -92,7 +137,7 @@ def _string_masses(racket: RacketParameters) -> list[str]:
         lines += [
             f'    <link name="string_{i}">',
             f'      <pose relative_to="head">{pose}</pose>',
-            *_inertial(mass, 0.0, (0.0, 0.0, 0.0)),
+            *_inertial(inertia),
             "    </link>",
             *_joint(f"string_joint_{i}", "prismatic", "head", f"string_{i}", "0 0 1"),
         ]
@@ -100,11 +145,10 @@ def _string_masses(racket: RacketParameters) -> list[str]:
 
 
 def _link(name: str, part: Part, pose: str | None = None) -> list[str]:
-    moments = part.moi_longitudinal.value, part.moi_transverse.value, part.moi_frontal.value
     return [
         f'    <link name="{name}">',
         *([pose] if pose else []),
-        *_inertial(part.mass.value, part.com.value, moments),
+        *_inertial(part_inertia(part)),
         "    </link>",
     ]
 
@@ -113,18 +157,18 @@ def _massless_link(name: str, parent: str, x: float) -> list[str]:
     return [
         f'    <link name="{name}">',
         f'      <pose relative_to="{parent}">{x!r} 0 0 0 0 0</pose>',
-        *_inertial(0.0, 0.0, (0.0, 0.0, 0.0)),
+        *_inertial(LinkInertia(0.0, 0.0, (0.0, 0.0, 0.0))),
         "    </link>",
     ]
 
 
-def _inertial(mass: float, com: float, moments: tuple[float, float, float]) -> list[str]:
+def _inertial(inertia: LinkInertia) -> list[str]:
     """Every element of the inertia is written: a missing one would silently become 1 kg m^2."""
-    ixx, iyy, izz = moments
+    ixx, iyy, izz = inertia.moments
     return [
         "      <inertial>",
-        f"        <pose>{com!r} 0 0 0 0 0</pose>",
-        f"        <mass>{mass!r}</mass>",
+        f"        <pose>{inertia.com!r} 0 0 0 0 0</pose>",
+        f"        <mass>{inertia.mass!r}</mass>",
         f"        <inertia><ixx>{ixx!r}</ixx><iyy>{iyy!r}</iyy><izz>{izz!r}</izz>"
         "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia>",
         "      </inertial>",

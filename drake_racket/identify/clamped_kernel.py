@@ -47,22 +47,32 @@ def _relative(y: Any, p: int) -> Any:
 
 
 @compilable
-def _rates(y: Any, touching: bool, p: int, bed: Any, ball: Any, mass: Any, f: Any) -> None:
-    """Rates y' into f. `mass`: of the ball, of a string mass; `ball`: contact_law's constants."""
-    for i in range(9):
-        f[i] = y[9 + i]
-        f[9 + i] = 0.0
-    for s in range(24):
-        i, j = FIRST[s], SECOND[s]
+def _heights(y: Any, g: Any) -> None:
+    """Height dz and rate of the 24 springs into the rows 0 and 1 of g (7, 24)."""
+    for r in range(24):
+        i, j = FIRST[r], SECOND[r]
         dz, rate = y[i], y[9 + i]
         if j >= 0:
             dz -= y[j]
             rate -= y[9 + j]
-        slope, tension = spring_law(dz, rate, bed[0, s], bed[1, s], bed[2, s], bed[3, s])
-        pull = tension * slope / mass[1]
-        f[9 + i] -= pull
-        if j >= 0:
-            f[9 + j] += pull
+        g[0, r], g[1, r] = dz, rate
+
+
+@compilable
+def _rates(y: Any, touching: bool, p: int, bed: Any, ball: Any, mass: Any, g: Any, f: Any) -> None:
+    """Rates y' into f. `mass`: of the ball, of a string mass; `ball`: contact_law's constants."""
+    _heights(y, g)
+    per_mass = 1.0 / mass[1]
+    for r in range(24):  # no scatter here: this loop becomes vector instructions
+        slope, tension = spring_law(g[0, r], g[1, r], bed[0, r], bed[1, r], bed[2, r], bed[3, r])
+        g[2, r] = tension * slope * per_mass
+    for i in range(9):
+        f[i] = y[9 + i]
+        f[9 + i] = 0.0
+    for r in range(24):
+        f[9 + FIRST[r]] -= g[2, r]
+        if SECOND[r] >= 0:
+            f[9 + SECOND[r]] += g[2, r]
     f[18], f[19], f[20] = y[21], y[22], y[23]
     f[21] = f[22] = f[23] = 0.0
     if touching:
@@ -70,7 +80,19 @@ def _rates(y: Any, touching: bool, p: int, bed: Any, ball: Any, mass: Any, f: An
         # raw, not N: the stages of the step that ends at the release may look past it
         fx, fy, _, raw = contact_law(at, moving, ball)
         f[21], f[22], f[23] = fx / mass[0], fy / mass[0], raw / mass[0]
-        f[9 + p] -= raw / mass[1]
+        f[9 + p] -= raw * per_mass
+
+
+@compilable
+def _by_theta(y: Any, s: Any, a: int, p: int, ball: Any, by_ball: Any) -> Any:
+    """d(kb x + cb x')/dtheta_a."""
+    at, moving = _relative(y, p)
+    return (
+        -ball[0] * (s[20, a] - s[p, a])
+        - ball[1] * (s[23, a] - s[9 + p, a])
+        - at[2] * by_ball[0, a]
+        - moving[2] * by_ball[1, a]
+    )
 
 
 @compilable
@@ -84,6 +106,7 @@ def _tangent_rates(
     mass: Any,
     by_bed: Any,
     by_ball: Any,
+    g: Any,
     f: Any,
 ) -> None:
     """Rates s' into f, (24, n). `by_bed` (4, 24, n), `by_ball` (3, n): d constants/dtheta."""
@@ -92,28 +115,29 @@ def _tangent_rates(
         for a in range(count):
             f[i, a] = s[9 + i, a]
             f[9 + i, a] = 0.0
+    _heights(y, g)
+    per_mass = 1.0 / mass[1]
+    for r in range(24):
+        _, by_dz, by_rate, by_k, by_slack, by_length2, by_c = spring_partials(
+            g[0, r], g[1, r], bed[0, r], bed[1, r], bed[2, r], bed[3, r]
+        )
+        g[2, r], g[3, r], g[4, r] = by_k, by_slack, by_length2
+        g[0, r], g[1, r], g[5, r] = by_dz, by_rate, by_c
     for r in range(24):
         i, j = FIRST[r], SECOND[r]
-        dz, rate = y[i], y[9 + i]
-        if j >= 0:
-            dz -= y[j]
-            rate -= y[9 + j]
-        _, by_dz, by_rate, by_k, by_slack, by_length2, by_c = spring_partials(
-            dz, rate, bed[0, r], bed[1, r], bed[2, r], bed[3, r]
-        )
         for a in range(count):
             d_dz, d_rate = s[i, a], s[9 + i, a]
             if j >= 0:
                 d_dz -= s[j, a]
                 d_rate -= s[9 + j, a]
-            pull = (
-                by_dz * d_dz
-                + by_rate * d_rate
-                + by_k * by_bed[0, r, a]
-                + by_slack * by_bed[1, r, a]
-                + by_length2 * by_bed[2, r, a]
-                + by_c * by_bed[3, r, a]
-            ) / mass[1]
+            pull = per_mass * (
+                g[0, r] * d_dz
+                + g[1, r] * d_rate
+                + g[2, r] * by_bed[0, r, a]
+                + g[3, r] * by_bed[1, r, a]
+                + g[4, r] * by_bed[2, r, a]
+                + g[5, r] * by_bed[3, r, a]
+            )
             f[9 + i, a] -= pull
             if j >= 0:
                 f[9 + j, a] += pull
@@ -126,12 +150,7 @@ def _tangent_rates(
     at, moving = _relative(y, p)
     _, _, normal, ux, uy, ex, ey, share = contact_partials(at, moving, ball)
     for a in range(count):
-        dn = (
-            -ball[0] * (s[20, a] - s[p, a])
-            - ball[1] * (s[23, a] - s[9 + p, a])
-            - at[2] * by_ball[0, a]
-            - moving[2] * by_ball[1, a]
-        )
+        dn = _by_theta(y, s, a, p, ball, by_ball)
         dtx, dty = s[21, a], s[22, a]
         if ball[6] > 0.5:
             dtx, dty = s[18, a], s[19, a]
@@ -140,21 +159,23 @@ def _tangent_rates(
         f[21, a] = (ux * dn - ex * d_mu - share * (dtx - ex * along)) / mass[0]
         f[22, a] = (uy * dn - ey * d_mu - share * (dty - ey * along)) / mass[0]
         f[23, a] = dn / mass[0]
-        f[9 + p, a] -= dn / mass[1]
+        f[9 + p, a] -= dn * per_mass
 
 
 @compilable
 def _step(
     y: Any, h: float, touching: bool, p: int, bed: Any, ball: Any, mass: Any, w: Any, new: Any
 ) -> None:
-    """One Runge-Kutta step of y into `new`; w (8, 24) keeps the four slopes and stages."""
+    """One Runge-Kutta step of y into `new`.
+
+    w (15, 24): rows 0-3 the slopes, of which the first is given; 4-7 the stages; 8-14 scratch.
+    """
     w[4] = y
-    _rates(y, touching, p, bed, ball, mass, w[0])
     for stage in range(1, 4):
         part = h if stage == 3 else 0.5 * h
         for i in range(24):
             w[4 + stage, i] = y[i] + part * w[stage - 1, i]
-        _rates(w[4 + stage], touching, p, bed, ball, mass, w[stage])
+        _rates(w[4 + stage], touching, p, bed, ball, mass, w[8:], w[stage])
     for i in range(24):
         new[i] = y[i] + h / 6.0 * (w[0, i] + 2.0 * w[1, i] + 2.0 * w[2, i] + w[3, i])
 
@@ -182,7 +203,9 @@ def _tangent_step(
             total[i, a] = 0.0
             stage_s[i, a] = s[i, a]
     for stage in range(4):
-        _tangent_rates(w[4 + stage], stage_s, touching, p, bed, ball, mass, by_bed, by_ball, slope)
+        _tangent_rates(
+            w[4 + stage], stage_s, touching, p, bed, ball, mass, by_bed, by_ball, w[8:], slope
+        )
         weight = 1.0 if stage in (0, 3) else 2.0
         part = h if stage == 2 else 0.5 * h
         for i in range(24):
@@ -195,7 +218,13 @@ def _tangent_step(
 
 
 @compilable
-def _sign(kind: int, y: Any, p: int, bed: Any, ball: Any, mass: Any, f: Any) -> Any:
+def _force_rate(y: Any, f: Any, p: int, ball: Any) -> Any:
+    """dN/dt (N/s) at a state y with rates f."""
+    return -ball[0] * (y[23] - y[9 + p]) - ball[1] * (f[23] - f[9 + p])
+
+
+@compilable
+def _sign(kind: int, y: Any, p: int, bed: Any, ball: Any, mass: Any, w: Any) -> Any:
     """What is zero at an event: raw normal force, gap, rate of the struck mass, rate of N."""
     at, moving = _relative(y, p)
     if kind == RELEASE:
@@ -204,8 +233,8 @@ def _sign(kind: int, y: Any, p: int, bed: Any, ball: Any, mass: Any, f: Any) -> 
         return at[2]
     if kind == TURN:
         return y[9 + p]
-    _rates(y, True, p, bed, ball, mass, f)
-    return -ball[0] * moving[2] - ball[1] * (f[23] - f[9 + p])
+    _rates(y, True, p, bed, ball, mass, w[8:], w[1])
+    return _force_rate(y, w[1], p, ball)
 
 
 @compilable
@@ -220,19 +249,18 @@ def _locate(
     mass: Any,
     w: Any,
     new: Any,
-    f: Any,
 ) -> Any:
     """The part of h after which the event is, by regula falsi (Illinois); `new` is there."""
     low, high = 0.0, h
-    at_low = _sign(kind, y, p, bed, ball, mass, f)
+    at_low = _sign(kind, y, p, bed, ball, mass, w)
     _step(y, h, touching, p, bed, ball, mass, w, new)
-    at_high = _sign(kind, new, p, bed, ball, mass, f)
+    at_high = _sign(kind, new, p, bed, ball, mass, w)
     scale = max(abs(at_low), abs(at_high))
     middle = high
     for _ in range(60):
         middle = (low * at_high - high * at_low) / (at_high - at_low)
         _step(y, middle, touching, p, bed, ball, mass, w, new)
-        value = _sign(kind, new, p, bed, ball, mass, f)
+        value = _sign(kind, new, p, bed, ball, mass, w)
         if abs(value) <= 1e-13 * scale or high - low < 1e-15:
             break
         if (value > 0.0) == (at_high > 0.0):
@@ -259,6 +287,24 @@ def _reach(y: Any, p: int, bed: Any, mass: Any, stiffness: Any) -> float:
 
 
 @compilable
+def _enter_peak(
+    kind: int, y: Any, s: Any, p: int, ball: Any, by_ball: Any, out: Any, jacobian: Any
+) -> None:
+    """Enters the struck mass's deflection or the normal force, if it is the largest so far."""
+    at, moving = _relative(y, p)
+    row = 5 if kind == TURN else 4
+    size = -y[p] if kind == TURN else contact_law(at, moving, ball)[2]
+    if size <= out[row]:
+        return
+    out[row] = size
+    for a in range(s.shape[1]):
+        if kind == TURN:
+            jacobian[row, a] = -s[p, a]
+        else:
+            jacobian[row, a] = _by_theta(y, s, a, p, ball, by_ball)
+
+
+@compilable
 def _impact(
     p: int,
     velocity: Any,
@@ -274,7 +320,7 @@ def _impact(
 ) -> None:
     """One impact from first touch on; results into `out` (8,) and `jacobian` (6, n)."""
     count = by_ball.shape[1]
-    y, new, f, w = np.zeros(24), np.empty(24), np.empty(24), np.empty((8, 24))
+    y, new, f, w = np.zeros(24), np.empty(24), np.empty(24), np.empty((15, 24))
     s, s_new, v = np.zeros((24, count)), np.empty((24, count)), np.empty((3, 24, count))
     y[21], y[22], y[23] = velocity[0], velocity[1], velocity[2]
     out[4], out[5] = -ball[1] * velocity[2], 0.0
@@ -282,43 +328,30 @@ def _impact(
         jacobian[4, a] = -velocity[2] * by_ball[1, a]
         jacobian[5, a] = 0.0
     touching, behind, touches, t = True, False, 1, 0.0
-    crest = _sign(CREST, y, p, bed, ball, mass, f)
+    _rates(y, touching, p, bed, ball, mass, w[8:], w[0])
+    crest = _force_rate(y, w[0], p, ball)
     while t < LONGEST:
         _step(y, h, touching, p, bed, ball, mass, w, new)
         if touching:
             # peaks lie inside the step; they do not change its course
-            rate = _sign(CREST, new, p, bed, ball, mass, f)
+            _rates(new, True, p, bed, ball, mass, w[8:], f)
+            rate = _force_rate(new, f, p, ball)
             for kind in (TURN, CREST):
                 turned = y[9 + p] < 0.0 <= new[9 + p] if kind == TURN else crest > 0.0 >= rate
-                if not turned:
-                    continue
-                part = _locate(kind, y, h, touching, p, bed, ball, mass, w, new, f)
-                at, moving = _relative(new, p)
-                size = -new[p] if kind == TURN else contact_law(at, moving, ball)[2]
-                row = 5 if kind == TURN else 4
-                if size > out[row]:
-                    out[row] = size
+                if turned:
+                    part = _locate(kind, y, h, touching, p, bed, ball, mass, w, new)
                     if count:
                         _tangent_step(
                             s, part, touching, p, bed, ball, mass, by_bed, by_ball, w, v, s_new
                         )
-                    for a in range(count):
-                        if kind == TURN:
-                            jacobian[row, a] = -s_new[p, a]
-                        else:
-                            jacobian[row, a] = (
-                                -ball[0] * (s_new[20, a] - s_new[p, a])
-                                - ball[1] * (s_new[23, a] - s_new[9 + p, a])
-                                - at[2] * by_ball[0, a]
-                                - moving[2] * by_ball[1, a]
-                            )
-                _step(y, h, touching, p, bed, ball, mass, w, new)
+                    _enter_peak(kind, new, s_new, p, ball, by_ball, out, jacobian)
+                    _step(y, h, touching, p, bed, ball, mass, w, new)
             crest = rate
         part, event = h, False
-        if touching and _sign(RELEASE, new, p, bed, ball, mass, f) <= 0.0:
-            part, event = _locate(RELEASE, y, h, touching, p, bed, ball, mass, w, new, f), True
+        if touching and _sign(RELEASE, new, p, bed, ball, mass, w) <= 0.0:
+            part, event = _locate(RELEASE, y, h, touching, p, bed, ball, mass, w, new), True
         elif not touching and not behind and new[20] - new[p] <= 0.0:
-            part, event = _locate(GAP, y, h, touching, p, bed, ball, mass, w, new, f), True
+            part, event = _locate(GAP, y, h, touching, p, bed, ball, mass, w, new), True
         if count:
             _tangent_step(s, part, touching, p, bed, ball, mass, by_bed, by_ball, w, v, s_new)
         t += part
@@ -327,29 +360,28 @@ def _impact(
             for a in range(count):
                 s[i, a] = s_new[i, a]
         at, moving = _relative(y, p)
-        if event and touching:
+        released, touched = event and touching, event and not touching
+        if released or not (event or touching):
+            _rates(y, False, p, bed, ball, mass, w[8:], f)
+        if released:
             touching, behind = False, at[2] < 0.0
-            rate = _sign(CREST, y, p, bed, ball, mass, f)
+            _rates(y, True, p, bed, ball, mass, w[8:], w[0])
+            rate = _force_rate(y, w[0], p, ball)
             out[3] = t
             for a in range(count):
-                d_raw = (
-                    -ball[0] * (s[20, a] - s[p, a])
-                    - ball[1] * (s[23, a] - s[9 + p, a])
-                    - at[2] * by_ball[0, a]
-                    - moving[2] * by_ball[1, a]
-                )
-                jacobian[3, a] = -d_raw / rate
-        elif event:
+                jacobian[3, a] = -_by_theta(y, s, a, p, ball, by_ball) / rate
+        elif touched:
             touching, touches = True, touches + 1
-            _rates(y, False, p, bed, ball, mass, w[0])
-            _rates(y, True, p, bed, ball, mass, w[1])
+            _rates(y, False, p, bed, ball, mass, w[8:], w[0])
+            _rates(y, True, p, bed, ball, mass, w[8:], f)
             for a in range(count):
                 dt = -(s[20, a] - s[p, a]) / moving[2]
                 for i in range(24):
-                    s[i, a] += (w[0, i] - w[1, i]) * dt
-            crest = _sign(CREST, y, p, bed, ball, mass, f)
+                    s[i, a] += (w[0, i] - f[i]) * dt
+            crest = _force_rate(y, f, p, ball)
         elif behind and at[2] >= 0.0:
             behind = False
+        w[0] = f  # the rates at y
         if not (touching or behind) and y[23] > 0.0 and y[20] > _reach(y, p, bed, mass, stiffness):
             out[ENDED] = 1.0
             break
