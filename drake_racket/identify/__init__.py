@@ -1,0 +1,1 @@
+"""Fits the model's parameters to measurements."""

@@ -1,0 +1,15 @@
+"""A fitted number as reports and parameter files want it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value, its standard error and 95 % interval."""
+
+    value: float
+    standard_error: float
+    interval: tuple[float, float]
+    unit: str
