@@ -13,6 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RollPitchYaw
 
+from drake_racket.animation.geometry_attrs import (
+    LoggedGeometry,
+    handle_rows,
+    landmark_rows,
+)
+from drake_racket.describe import frame_fundamentals
 from drake_racket.limbs.stroke import coordinate_names
 from drake_racket.strings import SPRING_NAMES
 
@@ -21,6 +27,7 @@ if TYPE_CHECKING:
     from pydrake.systems.framework import Context
 
     from drake_racket.energy import Balance
+    from drake_racket.limbs.limb import Limb
     from drake_racket.simulate import Run
 
 _XYZ = ("x", "y", "z")
@@ -48,12 +55,15 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
 
     Returns:
         A Dataset over `time` (s from touch, or from the start if the ball did not touch); every
-        variable has `units`, `long_name` and, where it is a vector, `frame`.
+        variable has `units`, `long_name` and, where it is a vector, `frame`. Its attributes hold
+        what a reader needs without the parameter files: the scenario and the racket (JSON), and
+        the fundamentals (Hz) of the bare, free frame.
 
     """
     import xarray
 
-    rows = [_sample(run, i) for i in range(len(run.time))]
+    geometry = LoggedGeometry(run)
+    rows = [_sample(run, i, geometry) for i in range(len(run.time))]
     touch = float(run.contact_state[-1, 11])  # time of first touch
     zero = touch if np.isfinite(touch) else 0.0
 
@@ -61,40 +71,44 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
         return np.array([row[name] for row in rows])
 
     variables: dict[str, Any] = {}
-    table = list(_VARIABLES)
-    if run.system.grip_load is not None:
-        table += _HAND_VARIABLES
     limb = run.system.limb
+    tables = [_VARIABLES]
+    if run.system.grip_load is not None:
+        tables.append(_HAND_VARIABLES)
     if limb is not None:
-        table += _LIMB_VARIABLES
-    for name, dimension, units, frame, text in table:
-        if frame == _R and limb is not None:
-            frame = _W
+        tables.append(_LIMB_VARIABLES)
+    if geometry.landmarks:
+        tables.append(_LANDMARK_VARIABLES)
+    for name, dimension, *_ in (row for table in tables for row in table):
         dimensions = ("time",) if dimension is None else ("time", dimension)
-        attributes = {"units": units, "long_name": text}
-        if frame:
-            attributes["frame"] = frame
+        attributes = variable_attributes(name, in_world=limb is not None)
         variables[name] = (dimensions, column(name), attributes)
     if balances:
         energies = np.array([[getattr(b, e) for e in _ENERGIES] for b in balances])
-        variables["energy"] = (
-            ("time", "store"),
-            energies,
-            {"units": "J", "long_name": "energy in each store, or lost so far"},
-        )
+        variables["energy"] = (("time", "store"), energies, variable_attributes("energy"))
     dataset = xarray.Dataset(
         variables,
         coords={
-            "time": ("time", run.time - zero, {"units": "s", "long_name": "time from first touch"}),
+            "time": ("time", run.time - zero, dict(TIME_ATTRIBUTES)),
             "axis": list(_XYZ),
             "point": np.arange(1, 10),
             "spring": list(SPRING_NAMES),
         }
-        | ({} if limb is None else {"joint": list(coordinate_names(limb.limb))})
+        | geometry.coordinates()
+        | ({} if limb is None else {"joint": _joint_coordinate(limb.limb)})
         | ({"store": list(_ENERGIES)} if balances else {}),
-        attrs=_attributes(run),
+        attrs=_attributes(run) | {"geometry": geometry.attribute()},
     )
     return dataset
+
+
+def _joint_coordinate(limb: Limb) -> tuple[str, list[str], dict[str, str]]:
+    """Names of the limb's coordinates; those in m, not rad, are named in `prismatic` (JSON)."""
+    names = list(coordinate_names(limb))
+    sliding = [j.position_start() for j in limb.joints if j.type_name() == "prismatic"]
+    places = limb.position_indices()
+    lengths = [n for n, place in zip(names, places, strict=True) if place in sliding]
+    return "joint", names, {"prismatic": json.dumps(lengths)} if lengths else {}
 
 
 def after_release(history: xarray.Dataset) -> xarray.Dataset:
@@ -127,6 +141,7 @@ _VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
     ("gsc_velocity", "axis", "m/s", _R, "velocity of the geometric string-bed centre of the head"),
     ("tip_position", "axis", "m", _R, "position of the tip"),
     ("handle_acceleration", "axis", "m/s^2", "handle", "acceleration of the accelerometer frame"),
+    *handle_rows(_R),
 )
 
 _HAND_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
@@ -140,9 +155,33 @@ _LIMB_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
     ("joint_torque", "joint", "N m", "", "applied torque on the limb's joints"),
     ("joint_reaction_force", "joint", "N", "", "magnitude of the joint's reaction force"),
 )
+_LANDMARK_VARIABLES = landmark_rows(_R)
+_ENERGY = ("energy", "store", "J", "", "energy in each store, or lost so far")
+_ALL = {
+    row[0]: row
+    for row in (*_VARIABLES, *_HAND_VARIABLES, *_LIMB_VARIABLES, *_LANDMARK_VARIABLES, _ENERGY)
+}
+
+TIME_ATTRIBUTES = {"units": "s", "long_name": "time from first touch"}
+VARIABLE_DIMENSIONS = {name: row[1] for name, row in _ALL.items()}
+"""Every variable that a history may hold -> its dimension beside time, or None."""
 
 
-def _sample(run: Run, index: int) -> dict[str, Any]:
+def variable_attributes(name: str, *, in_world: bool = False) -> dict[str, str]:
+    """`units`, `long_name` and, of a vector, `frame` of one of VARIABLE_DIMENSIONS.
+
+    Args:
+        in_world: a limb holds the racket, so that R is somewhere in the world.
+
+    """
+    _, _, units, frame, text = _ALL[name]
+    attributes = {"units": units, "long_name": text}
+    if frame:
+        attributes["frame"] = _W if frame == _R and in_world else frame
+    return attributes
+
+
+def _sample(run: Run, index: int, geometry: LoggedGeometry) -> dict[str, Any]:
     """All variables at one sample."""
     root = run.context_at(index)
     system = run.system
@@ -179,6 +218,7 @@ def _sample(run: Run, index: int) -> dict[str, Any]:
         "tip_position": pose["tip"].translation(),
         "handle_acceleration": handle_acceleration(impact.racket, context),
     }
+    sample |= geometry.sample(context)
     if system.grip_load is not None:
         load_context = system.grip_load.GetMyContextFromRoot(root)
         load = system.grip_load.GetOutputPort("hand_load").Eval(load_context).copy()
@@ -234,9 +274,14 @@ def handle_acceleration(racket: Any, context: Context) -> NDArray[np.float64]:
 
 
 def _attributes(run: Run) -> dict[str, Any]:
+    racket = run.scenario.load_racket()  # the Diagram may have been built for another tension
+    in_plane, out_of_plane = frame_fundamentals(racket)
     return {
-        "title": f"Impact of {run.system.impact.racket.parameters.title}",
+        "title": f"Impact of {racket.title}",
         "scenario": json.dumps(dataclasses.asdict(run.scenario)),
+        "racket": json.dumps(dataclasses.asdict(racket)),
+        "frame_in_plane_hz": in_plane,
+        "frame_out_of_plane_hz": out_of_plane,
         "drake_racket_version": version("drake-racket"),
         "drake_version": version("drake"),
         "source": "Glynn, King & Mitchell (2011), doi:10.1007/s12283-010-0056-x",

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from drake_racket.cli import impact, show, validate
+from drake_racket.cli import animate, impact, plot, show, sweep, validate
 from drake_racket.errors import InputError, one_line
 from drake_racket.simulate import SimulationError
 
@@ -20,7 +20,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Tennis racket and ball impacts, after Glynn, King & Mitchell (2011).",
 )
-for command in (impact.impact, show.show, validate.validate):
+for command in (
+    impact.impact,
+    plot.plot,
+    animate.animate,
+    sweep.sweep,
+    show.show,
+    validate.validate,
+):
     app.command()(command)
 
 # click's class for wrong options and arguments; typer carries its own copy or imports click

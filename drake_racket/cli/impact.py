@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import new_console
+from drake_racket.errors import InputError
 from drake_racket.files import check_directory, directory_error
 from drake_racket.quantities import sourced_fields
 from drake_racket.result import ImpactResult
@@ -48,6 +49,12 @@ def impact(
     out: Annotated[
         Path | None, typer.Option(help="Directory for the history (NetCDF, CSV) and the plot.")
     ] = None,
+    formats: Annotated[
+        str | None,
+        typer.Option(
+            "--format", help="Of the history: nc,csv (default), parquet, sto; or several."
+        ),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object (SI units) and nothing else.")
     ] = False,
@@ -67,30 +74,46 @@ def impact(
     changes: dict[str, Any] = {k: v for k, v in given.items() if v is not None}
     scenario = dataclasses.replace(scenario, **changes)
     check_scenario(scenario)
+    if out is None and formats is not None:
+        raise InputError("--format", formats, "together with --out")
+    suffixes = _history_formats(formats)
     if out is not None:
         check_directory(out, "--out")
     result = simulate(scenario)
-    written = [] if out is None else _write(result, out)
+    written = [] if out is None else _write(result, out, suffixes)
     if as_json:
         print(json.dumps(result.to_json(), allow_nan=False))
     else:
         _print_summary(result, written)
 
 
-def _write(result: ImpactResult, out: Path) -> list[Path]:
-    from drake_racket.files import write_csv, write_figure, write_netcdf, write_text
+def _history_formats(text: str | None) -> list[str]:
+    """The suffixes that `--format` names, each once; refused here, before the simulation."""
+    from drake_racket.histories import check_format
+
+    suffixes = list(
+        dict.fromkeys(part.strip() for part in ("nc,csv" if text is None else text).split(","))
+    )
+    for suffix in suffixes:
+        check_format(suffix, "--format")
+    return suffixes
+
+
+def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
+    from drake_racket.files import write_figure, write_text
+    from drake_racket.histories import write_history
     from drake_racket.plots import impact_figure
 
     history = result.history
     assert history is not None
     try:
         out.mkdir(parents=True, exist_ok=True)
-        paths = [out / f"impact.{suffix}" for suffix in ("nc", "csv", "png", "json")]
-        write_netcdf(history, paths[0])
-        write_csv(history, paths[1])
-        write_figure(impact_figure(history), paths[2])
+        paths = [out / f"impact.{suffix}" for suffix in (*suffixes, "png", "json")]
+        for path in paths[:-2]:
+            write_history(history, path)
+        write_figure(impact_figure(history), paths[-2])
         text = json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n"
-        write_text(text, paths[3])
+        write_text(text, paths[-1])
     except OSError as error:
         raise directory_error(out, error, "--out") from None
     return paths

@@ -1,4 +1,4 @@
-"""One impact, from its history alone."""
+"""One impact, from its history alone: an overview, and panels that other figures share."""
 
 from __future__ import annotations
 
@@ -9,64 +9,98 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 from drake_racket.plots.style import BLUE, GREEN, VERMILION
+
+AXIS_STYLES = (("x", GREEN, ":"), ("y", VERMILION, "--"), ("z", BLUE, "-"))
+"""Component, colour and line of a vector's three curves."""
 
 
 def impact_figure(history: xarray.Dataset) -> Figure:
     """One impact in four panels: force, ball and strings, throat joint, mid-handle acceleration."""
     from matplotlib.figure import Figure
 
-    time = history["time"].to_numpy() * 1e3
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
     force, motion, joint, handle = figure.subplots(2, 2).flat
-    contact = _contact_window(history)
     # the first row is about the contact, the second about the ringing after it
-    near = (time >= contact[0] - 1.0) & (time <= contact[1] + 3.0)
+    draw_contact_force(force, history)
+    draw_ball_and_strings(motion, history)
+    _draw_bending(joint, history)
+    draw_vector(handle, history["handle_acceleration"])
+    handle.set(ylabel="acceleration (m/s²)", title="Mid-handle acceleration, handle axes")
+    for axes in (force, motion, joint, handle):
+        finish_time_axis(axes, history)
+    figure.suptitle(title_of(history) + " (shaded: in contact)")
+    return figure
 
-    force.plot(time[near], history["normal_force"][near], color=BLUE, label="normal")
+
+def title_of(history: xarray.Dataset) -> str:
+    """The history's title; a CSV does not keep it."""
+    return str(history.attrs.get("title", "Impact"))
+
+
+def finish_time_axis(axes: Any, history: xarray.Dataset) -> None:
+    """Shades the contact, names the time, and takes the frame's top and right side away."""
+    axes.axvspan(*contact_window(history), color="0.92", lw=0, zorder=0)
+    axes.set_xlabel("time from touch (ms)")
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def draw_contact_force(axes: Any, history: xarray.Dataset) -> None:
+    """Normal force and, where there is some, friction, around the contact."""
+    time, near = near_contact(history)
+    axes.plot(time[near], history["normal_force"][near], color=BLUE, label="normal")
     for part, colour in (("x", VERMILION), ("y", GREEN)):
         friction = history[f"friction_{part}"]
         if float(np.abs(friction).max()) > 0.01 * float(history["normal_force"].max()):
-            force.plot(time[near], friction[near], color=colour, ls="--", label=f"friction, {part}")
-    force.set(ylabel="force on the ball (N)", title="Contact force")
-    force.legend(frameon=False)
+            axes.plot(time[near], friction[near], color=colour, ls="--", label=f"friction, {part}")
+    axes.set(ylabel="force on the ball (N)", title="Contact force")
+    axes.legend(frameon=False)
 
+
+def draw_ball_and_strings(axes: Any, history: xarray.Dataset) -> None:
+    """Heights over the string plane of the ball and of the string mass that it meets."""
+    time, near = near_contact(history)
     height = _height_over_head(history)
     point = int(history["contact_point"].to_numpy()[_middle(history)])
     string = history["string_deflection"].sel(point=point).to_numpy()
-    motion.plot(time[near], 1e3 * height[near], color=VERMILION, label="ball")
-    motion.plot(time[near], 1e3 * string[near], color=BLUE, label=f"string mass at point {point}")
+    axes.plot(time[near], 1e3 * height[near], color=VERMILION, label="ball")
+    axes.plot(time[near], 1e3 * string[near], color=BLUE, label=f"string mass at point {point}")
     lowest = 1e3 * float(min(height[near].min(), string[near].min()))
-    motion.set(
+    axes.set(
         ylabel="height over the string plane (mm)",
         title="Ball and strings, seen from the head",
         ylim=(1.25 * lowest, -1.5 * lowest),
     )
-    motion.legend(frameon=False)
+    axes.legend(frameon=False)
 
+
+def _draw_bending(axes: Any, history: xarray.Dataset) -> None:
+    time = history["time"].to_numpy() * 1e3
     for name, colour, style in (("out_of_plane", BLUE, "-"), ("in_plane", VERMILION, "--")):
         angle = np.degrees(history[f"{name}_angle"].to_numpy())
-        joint.plot(time, angle, color=colour, ls=style, label=name.replace("_", " "))
-    joint.set(ylabel="angle (deg)", title="Bending at the throat joint")
-    joint.legend(frameon=False)
-
-    acceleration = history["handle_acceleration"]
-    styles = (("x", GREEN, ":"), ("y", VERMILION, "--"), ("z", BLUE, "-"))
-    for axis, colour, style in styles:
-        handle.plot(time, acceleration.sel(axis=axis), color=colour, ls=style, label=axis)
-    handle.set(ylabel="acceleration (m/s²)", title="Mid-handle acceleration, handle axes")
-    handle.legend(frameon=False)
-
-    for axes in (force, motion, joint, handle):
-        axes.axvspan(*contact, color="0.92", lw=0, zorder=0)
-        axes.set_xlabel("time from touch (ms)")
-        axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(history.attrs["title"] + " (shaded: in contact)")
-    return figure
+        axes.plot(time, angle, color=colour, ls=style, label=name.replace("_", " "))
+    axes.set(ylabel="angle (deg)", title="Bending at the throat joint")
+    axes.legend(frameon=False)
 
 
-def _contact_window(history: xarray.Dataset) -> tuple[float, float]:
+def draw_vector(axes: Any, vector: xarray.DataArray, scale: float = 1.0) -> None:
+    """The three components of a vector over the whole time; `scale` multiplies them."""
+    time = vector["time"].to_numpy() * 1e3
+    for axis, colour, style in AXIS_STYLES:
+        axes.plot(time, scale * vector.sel(axis=axis), color=colour, ls=style, label=axis)
+    axes.legend(frameon=False)
+
+
+def near_contact(history: xarray.Dataset) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """All times (ms), and which are from 1 ms before the contact to 3 ms after it."""
+    time = history["time"].to_numpy() * 1e3
+    contact = contact_window(history)
+    return time, (time >= contact[0] - 1.0) & (time <= contact[1] + 3.0)
+
+
+def contact_window(history: xarray.Dataset) -> tuple[float, float]:
     """First touch and last release (ms); (0, 0) if the ball did not touch."""
     inside = np.flatnonzero(history["in_contact"].to_numpy())
     if len(inside) == 0:

@@ -1,0 +1,109 @@
+"""The racket's shape: the lines that figures draw, as polylines of its two rigid bodies, and tubes.
+
+Rim and string points are the model's; handle and throat are a sketch (`plots.style.draw_outline`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_racket.animation.scene import Geometry
+from drake_racket.plots.style import GRIP_HALF_WIDTH
+from drake_racket.strings import POINTS, SPRINGS, rest_lengths
+
+TUBE_RADIUS = 0.007  # m, of rim and throat; drawn only
+GRIP_HALF_THICKNESS = 0.013  # m; drawn only
+_JOINS = np.radians(140.0)  # where the throat's arms meet the rim
+_SHAFT = 0.05  # m from the rim to the end of the handle's sketch
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Lines of the racket: each (k, 3) m in the axes of its body (handle: butt; head: throat)."""
+
+    grip: NDArray[np.float64]
+    handle_arms: tuple[NDArray[np.float64], ...]
+    head_arms: tuple[NDArray[np.float64], ...]
+    rim: NDArray[np.float64]
+
+
+def racket_outline(geometry: Geometry) -> Outline:
+    """Handle, rim, and the throat's arms, which the throat joint cuts in two."""
+    a, b, throat = geometry.rim_semi_axis_x, geometry.rim_semi_axis_y, geometry.handle_length
+    angle = np.linspace(0.0, 2.0 * np.pi, 97)
+    rim = np.column_stack([geometry.gsc + a * np.cos(angle), b * np.sin(angle), 0.0 * angle])
+    shaft = throat + geometry.gsc - a - _SHAFT
+    width = GRIP_HALF_WIDTH
+    corners = [(shaft, width), (0.0, width), (0.0, -width), (shaft, -width), (shaft, width)]
+    grip = np.array([(x, y, 0.0) for x, y in corners])
+    join = np.array([throat + geometry.gsc + a * np.cos(_JOINS), b * np.sin(_JOINS)])
+    start = np.array([shaft, width])
+    cut = float(np.clip((throat - shaft) / (join[0] - shaft), 0.0, 1.0))
+    middle = start + cut * (join - start)
+    handle_arms, head_arms = [], []
+    for side in (1.0, -1.0):
+        p, q, r = (np.array([x, side * y, 0.0]) for x, y in (start, middle, join))
+        handle_arms.append(np.array([p, q]))
+        head_arms.append(np.array([q, r]) - [throat, 0.0, 0.0])
+    return Outline(grip, tuple(handle_arms), tuple(head_arms), rim)
+
+
+def string_points(geometry: Geometry) -> NDArray[np.float64]:
+    """Places of points 1-9 at rest in the head, (9, 3) m."""
+    s = geometry.spacing
+    return np.array([(geometry.gsc + row * s, column * s, 0.0) for column, row in POINTS.values()])
+
+
+def spring_ends(geometry: Geometry) -> list[tuple[int, int, NDArray[np.float64]]]:
+    """Of each spring: its first point, its second or 0 for the rim, and the vector between.
+
+    Points are numbered 1-9; the vector (m) is at rest, in the head.
+    """
+    points = string_points(geometry)
+    lengths = rest_lengths(geometry.spacing, geometry.rim_semi_axis_x, geometry.rim_semi_axis_y)
+    outward = {"tip": (1, 0), "throat": (-1, 0), "left": (0, 1), "right": (0, -1)}
+    ends = []
+    for (name, (i, j)), length in zip(SPRINGS.items(), lengths, strict=True):
+        if j:
+            vector = points[j - 1] - points[i - 1]
+        else:
+            vector = length * np.array([*outward[name.split("-")[0]], 0.0])
+        ends.append((i, j, vector))
+    return ends
+
+
+def tube(
+    line: NDArray[np.float64], half_width: float, half_thickness: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """A tube around a line in the plane z = 0, with elliptic sections and closed ends.
+
+    Returns:
+        Vertices (3, n) m and triangles (3, m), outward.
+
+    """
+    steps = np.diff(line, axis=0)
+    closed = np.allclose(line[0], line[-1])
+    before = np.vstack([steps[-1:] if closed else steps[:1], steps])
+    after = np.vstack([steps, steps[:1] if closed else steps[-1:]])
+    along = before / np.linalg.norm(before, axis=1)[:, None]
+    along = along + after / np.linalg.norm(after, axis=1)[:, None]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    sideways = np.column_stack([-along[:, 1], along[:, 0], 0.0 * along[:, 0]])
+    sides = 12
+    turn = 2.0 * np.pi * np.arange(sides) / sides
+    section = half_width * np.cos(turn)[None, :, None] * sideways[:, None, :]
+    section = section + half_thickness * np.sin(turn)[None, :, None] * np.array([0.0, 0.0, 1.0])
+    vertices = [*(line[:, None, :] + section).reshape(-1, 3), line[0], line[-1]]
+    first, last = len(vertices) - 2, len(vertices) - 1
+    top = sides * (len(line) - 1)
+    triangles = []
+    for k in range(sides):
+        m = (k + 1) % sides
+        for ring in range(0, top, sides):
+            p, q, r, s = ring + k, ring + m, ring + sides + k, ring + sides + m
+            triangles += [(p, q, r), (q, s, r)]
+        triangles += [(first, m, k), (last, top + k, top + m)]
+    return np.array(vertices).T, np.array(triangles).T

@@ -1,0 +1,252 @@
+"""`drake-racket identify`: the model's parameters from measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drake_racket.cli import identify_bench
+from drake_racket.cli.identify_run import names, numbers, pairs, prepare, running, show, today
+from drake_racket.errors import InputError
+
+if TYPE_CHECKING:
+    from drake_racket.identify.angle_table import AngleTable
+    from drake_racket.identify.search import Search
+    from drake_racket.identify.tables import RestitutionTable
+
+app = typer.Typer(
+    help="Fits parameters of racket and ball to measurements (CSV) and writes a parameter file.",
+    no_args_is_help=True,
+)
+for command in (identify_bench.ball, identify_bench.frame):
+    app.command()(command)
+
+Out = Annotated[Path, typer.Option(help="Directory for parameter file, result and report.")]
+Table = Annotated[Path, typer.Argument(metavar="FILE", help="The measurements (CSV).")]
+Racket = Annotated[
+    str, typer.Option(help="tour, recreational, or a parameter file: what is not fitted.")
+]
+Tension = Annotated[str, typer.Option(help="low, high, or a stringing tension in N.")]
+Ball = Annotated[str, typer.Option(help="penn_titanium, or a ball's parameter file.")]
+Name = Annotated[str | None, typer.Option(help="Name in the parameter file written.")]
+Begin = Annotated[
+    list[str] | None, typer.Option("--start", help="NAME=VALUE to begin at (again and again).")
+]
+Select = Annotated[
+    list[str] | None, typer.Option(help="COLUMN=TEXT: take these rows (again and again).")
+]
+KeepRepeats = Annotated[
+    bool, typer.Option("--keep-repeats", help="Fit each shot, not the mean of a setting's.")
+]
+Rescale = Annotated[
+    bool, typer.Option("--rescale", help="Scale the standard deviations by the residuals.")
+]
+Method = Annotated[str, typer.Option(help="least-squares or annealing.")]
+Starts = Annotated[int, typer.Option(help="Starts of least squares.")]
+Seed = Annotated[int, typer.Option(help="Of starts and annealing.")]
+Workers = Annotated[int, typer.Option(help="Processes that share the starts.")]
+Evaluations = Annotated[int, typer.Option(help="Of an annealing run, at most.")]
+Polish = Annotated[bool, typer.Option("--polish", help="Finish an annealing run by least squares.")]
+Fresh = Annotated[
+    bool, typer.Option("--fresh", help="Begin anew, whatever an interrupted fit left in OUT.")
+]
+
+
+@app.command()
+def strings(
+    file: Table,
+    out: Out,
+    racket: Racket = "tour",
+    tension: Tension = "low",
+    ball: Ball = "penn_titanium",
+    free: Annotated[
+        str | None, typer.Option(help="Parameters to fit: T0,k1,... (default: all).")
+    ] = None,
+    begin: Begin = None,
+    span: Annotated[
+        float, typer.Option(help="Bounds: the start divided and multiplied by this.")
+    ] = 10.0,
+    select: Select = None,
+    keep_repeats: KeepRepeats = False,
+    speed_sigma: Annotated[
+        float | None, typer.Option(help="Standard deviation of a measured speed, m/s.")
+    ] = None,
+    rescale: Rescale = False,
+    profiles: Annotated[
+        bool, typer.Option("--profiles", help="Intervals from likelihood profiles (slow).")
+    ] = False,
+    method: Method = "least-squares",
+    starts: Starts = 4,
+    seed: Seed = 0,
+    workers: Workers = 1,
+    evaluations: Evaluations = 5000,
+    polish: Polish = False,
+    name: Name = None,
+    fresh: Fresh = False,
+) -> None:
+    """Tension, stiffnesses and rim factors of the strings from restitution, head clamped.
+
+    An interrupted fit goes on where it stopped when the command is given again.
+    """
+    from drake_racket.identify.outputs import write_string_bed
+    from drake_racket.identify.string_bed import fit_string_bed
+    from drake_racket.parameters import load_ball, load_racket
+
+    options = _options(method, starts, seed, workers, evaluations, polish, rescale)
+    table = _restitution(file, select, keep_repeats, speed_sigma)
+    known = load_racket(racket, tension), load_ball(ball)
+    wanted, first = names(free), numbers(begin, "--start")
+    journal = prepare(out, fresh)
+    with running(out, "%", 100.0) as report:
+        fit = fit_string_bed(
+            table,
+            *known,
+            free=wanted,
+            start=first,
+            span=span,
+            options=options,
+            profiles=profiles,
+            journal=journal,
+            progress=report,
+        )
+    paths = write_string_bed(fit, out, today(), name=name)
+    show(fit.estimates, f"{100.0 * fit.rms:.4g} % of restitution", fit.warnings, paths)
+
+
+@app.command()
+def tension(
+    file: Table,
+    out: Out,
+    racket: Racket = "tour",
+    tension: Tension = "low",
+    ball: Ball = "penn_titanium",
+    strung_at: Annotated[
+        float | None, typer.Option(help="Stringing tension of the racket measured, N.")
+    ] = None,
+    start: Annotated[float | None, typer.Option(help="T0 to begin at, N.")] = None,
+    select: Select = None,
+    keep_repeats: KeepRepeats = False,
+    speed_sigma: Annotated[
+        float | None, typer.Option(help="Standard deviation of a measured speed, m/s.")
+    ] = None,
+    rescale: Rescale = False,
+    starts: Starts = 4,
+    seed: Seed = 0,
+    workers: Workers = 1,
+    name: Name = None,
+    fresh: Fresh = False,
+) -> None:
+    """T0 alone, for a racket whose strings are known, strung at another tension."""
+    from drake_racket.identify.outputs import write_string_bed
+    from drake_racket.identify.string_bed import fit_tension
+    from drake_racket.parameters import load_ball, load_racket
+
+    if strung_at is not None and not 50.0 <= strung_at <= 600.0:
+        raise InputError("--strung-at", strung_at, "50 to 600 N")
+    options = _options("least-squares", starts, seed, workers, 1, False, rescale)
+    table = _restitution(file, select, keep_repeats, speed_sigma)
+    known = load_racket(racket, tension), load_ball(ball)
+    journal = prepare(out, fresh)
+    with running(out, "%", 100.0) as report:
+        fit = fit_tension(
+            table, *known, start=start, options=options, journal=journal, progress=report
+        )
+    paths = write_string_bed(fit, out, today(), name=name, stringing_tension=strung_at)
+    show(fit.estimates, f"{100.0 * fit.rms:.4g} % of restitution", fit.warnings, paths)
+
+
+@app.command()
+def friction(
+    file: Table,
+    out: Out,
+    racket: Racket = "tour",
+    tension: Tension = "low",
+    ball: Ball = "penn_titanium",
+    reading: Annotated[
+        str, typer.Option("--friction-reading", help="velocity or displacement.")
+    ] = "velocity",
+    begin: Begin = None,
+    select: Select = None,
+    keep_repeats: KeepRepeats = False,
+    rescale: Rescale = False,
+    method: Method = "least-squares",
+    starts: Starts = 4,
+    seed: Seed = 0,
+    workers: Workers = 1,
+    evaluations: Evaluations = 2000,
+    polish: Polish = False,
+    name: Name = None,
+    fresh: Fresh = False,
+) -> None:
+    """Friction coefficients from rebound angles of oblique impacts, head clamped."""
+    from drake_racket.identify.friction import fit_friction
+    from drake_racket.identify.outputs import write_friction
+    from drake_racket.parameters import load_ball, load_racket
+
+    options = _options(method, starts, seed, workers, evaluations, polish, rescale)
+    table = _angles(file, select, keep_repeats)
+    known = load_racket(racket, tension), load_ball(ball)
+    first = numbers(begin, "--start")
+    journal = prepare(out, fresh)
+    with running(out, "deg") as report:
+        fit = fit_friction(
+            table,
+            *known,
+            start=first,
+            reading=reading,
+            options=options,
+            journal=journal,
+            progress=report,
+        )
+    paths = write_friction(fit, out, today(), name=name)
+    show(fit.estimates, f"{fit.rms:.4g} deg", fit.warnings, paths)
+
+
+def _options(
+    method: str,
+    starts: int,
+    seed: int,
+    workers: int,
+    evaluations: int,
+    polish: bool,
+    rescale: bool,
+) -> Search:
+    from drake_racket.identify.problem import check_count
+    from drake_racket.identify.search import Search
+
+    for key, value, least in (
+        ("--starts", starts, 1),
+        ("--seed", seed, 0),
+        ("--workers", workers, 1),
+        ("--evaluations", evaluations, 1),
+    ):
+        check_count(key, value, least)
+    return Search(
+        method=method,
+        starts=starts,
+        seed=seed,
+        workers=workers,
+        evaluations=evaluations,
+        polish=polish,
+        rescale=rescale,
+    )
+
+
+def _restitution(
+    file: Path, select: list[str] | None, keep_repeats: bool, speed_sigma: float | None
+) -> RestitutionTable:
+    from drake_racket.identify.tables import read_restitution
+
+    table = read_restitution(file, select=pairs(select, "--select"))
+    if not keep_repeats:
+        table = table.averaged()
+    return table if speed_sigma is None else table.with_speed_sigma(speed_sigma)
+
+
+def _angles(file: Path, select: list[str] | None, keep_repeats: bool) -> AngleTable:
+    from drake_racket.identify.angle_table import read_angles
+
+    table = read_angles(file, select=pairs(select, "--select"))
+    return table if keep_repeats else table.averaged()

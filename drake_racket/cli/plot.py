@@ -1,0 +1,55 @@
+"""`drake-racket plot`: the figures of one log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from drake_racket.cli.console import new_console
+from drake_racket.errors import InputError
+from drake_racket.files import check_directory, directory_error
+
+_FORMATS = ("png", "pdf", "svg")
+
+
+def plot(
+    log: Annotated[
+        Path,
+        typer.Argument(
+            metavar="LOG", help="A time history: .nc, .csv, .parquet or .sto, as impact writes it."
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Directory for the figures.")],
+    picture: Annotated[str, typer.Option("--format", help="png, pdf or svg.")] = "png",
+) -> None:
+    """Draws a log: contact force, string-bed, energy, vibration, loads on hand and joints.
+
+    Needs the log alone, not the parameter files of its run.
+    """
+    from drake_racket.files import write_figure
+    from drake_racket.histories import racket_of, read_history
+    from drake_racket.plots.log_figures import LOG_FIGURES, check_log
+
+    if picture not in _FORMATS:
+        raise InputError("--format", picture, ", ".join(_FORMATS))
+    history = read_history(log)
+    check_log(history, str(log))
+    if "racket" in history.attrs:
+        racket_of(history, str(log))  # refused now, before anything is written
+    check_directory(out, "--out")
+    console = new_console()
+    for name, draw, lacks in LOG_FIGURES:
+        reason = lacks(history)
+        if reason:
+            console.print(f"no {name}: {escape(reason)}")
+            continue
+        path = out / f"{name}.{picture}"
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            write_figure(draw(history), path)
+        except OSError as error:
+            raise directory_error(out, error, "--out") from None
+        console.print(f"wrote {escape(str(path))}")
