@@ -67,6 +67,14 @@ def search(
         InputError: as `least_squares.fit` and `annealing.anneal`.
 
     """
+    # a step where no parameter has any effect is 0 / 0; the result says what is undetermined
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _search(problem, options, journal, progress)
+
+
+def _search(
+    problem: Problem, options: Search, journal: Path | None, progress: Progress
+) -> FitResult:
     if options.method == "annealing":
         return anneal(
             problem,
