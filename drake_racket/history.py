@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RollPitchYaw
 
-from drake_racket.animation.geometry_attrs import (
+from drake_racket.history_geometry import (
     LoggedGeometry,
     handle_rows,
     landmark_rows,
