@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RollPitchYaw
 
+from drake_racket.describe import frame_fundamentals
 from drake_racket.history_geometry import (
     LoggedGeometry,
     handle_rows,
     landmark_rows,
 )
-from drake_racket.describe import frame_fundamentals
 from drake_racket.limbs.stroke import coordinate_names
 from drake_racket.strings import SPRING_NAMES
 

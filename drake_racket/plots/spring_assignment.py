@@ -24,7 +24,7 @@ def assignment_figure(ranking: xarray.Dataset, firm: xarray.Dataset) -> Figure:
 
     """
     figure = new_figure(11.0, 8.6)
-    layout = [["all", "geometry"], ["k", "p"], ["settings", "settings"]]
+    layout: Any = [["all", "geometry"], ["k", "p"], ["settings", "settings"]]
     panels = figure.subplot_mosaic(layout, height_ratios=[1.0, 0.95, 1.0])
     _draw_all(panels["all"], ranking)
     _draw_geometry(panels["geometry"], ranking)
