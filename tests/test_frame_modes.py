@@ -541,6 +541,7 @@ def test_figures_mark_what_the_data_hold(tmp_path):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_study(tmp_path):
     command = [sys.executable, str(STUDY), "--out", str(tmp_path / "out"), "--quick"]
     done = subprocess.run(

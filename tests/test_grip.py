@@ -155,6 +155,7 @@ def test_a_written_grip_comes_back(tmp_path):
     assert load_grip(str(tmp_path / "mine.yaml")) == grip
 
 
+@pytest.mark.slow
 def test_grip_limits_study(tmp_path):
     command = [sys.executable, str(STUDY), "--factors", "0.01", "1", "1000"]
     run = subprocess.run(
