@@ -64,7 +64,7 @@ def load_text(text: str, schema: type[T], *, where: str, complete: bool) -> T:
 @functools.lru_cache(maxsize=64)
 def _load(text: str, schema: Any, where: str, complete: bool) -> Any:
     """Kept by text, since a study loads the same few files thousands of times."""
-    tree = _parse(text, where)
+    tree = parse_tree(text, where)
     if not isinstance(tree, dict):
         raise InputError(where, tree, f"a mapping with the keys {_names(schema)}")
     checked = _check(tree, schema, where + ": ", "", complete)
@@ -73,7 +73,8 @@ def _load(text: str, schema: Any, where: str, complete: bool) -> Any:
     )
 
 
-def _parse(text: str, where: str) -> Any:
+def parse_tree(text: str, where: str) -> Any:
+    """YAML text as mappings, lists and scalars, repeated keys refused; raises InputError."""
     loader = None
     try:
         loader = yaml.SafeLoader(text)

@@ -1,0 +1,168 @@
+"""The results of a sweep as labelled data and as files that need nothing of this package.
+
+    results.nc       NetCDF 4: one dimension per axis, outputs over all of them
+    results.parquet  one row per case (extra `parquet`); units in the fields' metadata
+    results.csv      the same rows; columns `name [unit]`
+    sweep.json       what was run: base scenario, files with their content, axes, outputs, versions
+
+NetCDF and Parquet carry what is in sweep.json, too: as the variable `sweep`, and as metadata.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections import Counter
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drake_racket.files import replace_file, write_netcdf, write_table, write_text
+from drake_racket.sweep.axes import Column, SweepAxis
+from drake_racket.sweep.identity import as_text, environment
+from drake_racket.sweep.spec import Sweep
+from drake_racket.sweep.store import Store
+
+if TYPE_CHECKING:
+    import xarray
+
+STATUSES = ("done", "failed", "missing")
+
+
+def make_dataset(
+    sweep: Sweep, store: Store, identity: dict[str, Any], hashes: Sequence[str]
+) -> xarray.Dataset:
+    """What the store has, over the axes of the sweep.
+
+    Returns:
+        A Dataset with the outputs (NaN where a case failed or has not run), `status` (0 done,
+        1 failed, 2 missing), `failure` and `scenario_hash` over all axes, and the scalar `sweep`
+        (JSON). Keys that vary together are coordinates along their dimension.
+
+    """
+    import xarray
+
+    table = np.full((len(sweep), len(sweep.outputs)), np.nan)
+    status = np.full(len(sweep), STATUSES.index("missing"), dtype=np.int8)
+    failure = np.full(len(sweep), "", dtype=object)
+    said: Counter[str] = Counter()
+    for row in store.rows():
+        table[row.case] = row.values
+        status[row.case] = STATUSES.index("failed" if row.failure else "done")
+        failure[row.case] = row.failure
+        said.update(set(row.warnings))
+    dimensions = tuple(axis.name for axis in sweep.axes)
+    variables: dict[str, Any] = {
+        output.name: (
+            dimensions,
+            table[:, i].reshape(sweep.shape),
+            {"units": output.units, "long_name": output.long_name},
+        )
+        for i, output in enumerate(sweep.outputs)
+    }
+    for name, values, units, text in (
+        ("status", status, "1", "0 done, 1 failed, 2 missing"),
+        ("failure", failure, "", "why a case failed"),
+        ("scenario_hash", np.array(hashes, dtype=object), "", "hash of the case's scenario"),
+    ):
+        attributes = {"units": units, "long_name": text}
+        variables[name] = (dimensions, values.reshape(sweep.shape), attributes)
+    variables["sweep"] = ((), as_text(identity), {"units": "", "long_name": "what was run (JSON)"})
+    coordinates: dict[str, Any] = {}
+    for axis in sweep.axes:
+        coordinates |= _coordinates(axis)
+    versions = environment()
+    return xarray.Dataset(
+        variables,
+        coords=coordinates,
+        attrs={
+            "title": "Sweep of tennis racket and ball impacts",
+            "content_hash": store.content_hash(),
+            "scenario": as_text(identity["base"]),
+            "warnings": json.dumps(dict(sorted(said.items()))),
+            "drake_racket_version": versions["drake-racket"],
+            "drake_version": versions["drake"],
+            "python_version": versions["python"],
+            "source": "Glynn, King & Mitchell (2011), doi:10.1007/s12283-010-0056-x",
+        },
+    )
+
+
+def _coordinates(axis: SweepAxis) -> dict[str, Any]:
+    labels = _array(axis.labels)
+    if not axis.joint:
+        return {axis.name: (axis.name, labels, _attributes(axis.columns[0]))}
+    found = {axis.name: (axis.name, labels, {"units": "", "long_name": "rows of the design"})}
+    for column in axis.columns:
+        attributes = _attributes(column)
+        found[column.key.name] = (axis.name, _array(column.values), attributes)
+    return found
+
+
+def _attributes(column: Column) -> dict[str, str]:
+    name = column.key.name
+    text = f"factor of {name}" if column.relative else name
+    return {"units": column.unit, "long_name": text, "key": name}
+
+
+def _array(values: Sequence[Any]) -> Any:
+    if all(isinstance(x, bool) for x in values):
+        return np.array(values)
+    if all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in values):
+        return np.array(values)
+    return np.array([str(x) for x in values], dtype=object)
+
+
+def flat(dataset: xarray.Dataset) -> xarray.Dataset:
+    """The same data with one dimension, `case`; what varies becomes variables along it."""
+    import xarray
+
+    dimensions = list(dataset["status"].dims)
+    shape = dataset["status"].shape
+    variables: dict[str, Any] = {}
+    for name, variable in [*dataset.coords.items(), *dataset.data_vars.items()]:
+        if name == "sweep":
+            continue
+        axes = [dimensions.index(d) for d in variable.dims]
+        spread = [variable.shape[axes.index(i)] if i in axes else 1 for i in range(len(shape))]
+        values = np.broadcast_to(variable.to_numpy().reshape(spread), shape).reshape(-1)
+        variables[str(name)] = ("case", values, variable.attrs)
+    case = ("case", np.arange(dataset["status"].size), {"units": "", "long_name": "number"})
+    return xarray.Dataset(variables, coords={"case": case}, attrs=dataset.attrs)
+
+
+def result_paths(directory: Path) -> list[Path]:
+    """The files that `write_results` writes; Parquet if pyarrow is installed."""
+    names = ["results.nc", "results.csv", "sweep.json"]
+    if find_spec("pyarrow") is not None:
+        names.append("results.parquet")
+    return [directory / name for name in names]
+
+
+def write_results(dataset: xarray.Dataset, directory: Path) -> None:
+    """Writes the results' files, each whole or not at all."""
+    cases, identity = flat(dataset), str(dataset["sweep"].item())
+    netcdf, csv, described, *parquet = result_paths(directory)
+    write_netcdf(dataset, netcdf)
+    write_table(cases, csv)
+    content = {"content_hash": dataset.attrs["content_hash"]} | json.loads(identity)
+    write_text(json.dumps(content, indent=2) + "\n", described)
+    for path in parquet:
+        _write_parquet(cases, identity, path)
+
+
+def _write_parquet(cases: xarray.Dataset, identity: str, path: Path) -> None:
+    pyarrow: Any = importlib.import_module("pyarrow")  # it comes without hints
+    parquet: Any = importlib.import_module("pyarrow.parquet")
+    names = [str(name) for name in cases.variables]
+    columns = [pyarrow.array(cases[name].to_numpy()) for name in names]
+    fields = [
+        pyarrow.field(name, column.type, metadata={k: str(v) for k, v in cases[name].attrs.items()})
+        for name, column in zip(names, columns, strict=True)
+    ]
+    metadata = {k: str(v) for k, v in cases.attrs.items()} | {"sweep": identity}
+    table = pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields, metadata=metadata))
+    replace_file(path, lambda temporary: parquet.write_table(table, temporary))

@@ -1,0 +1,130 @@
+"""What makes two sweeps the same: scenario, files, axes, outputs, and the code that runs them."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import json
+import platform
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import drake_racket
+from drake_racket.scenario import Scenario
+from drake_racket.sweep.spec import Sweep
+
+_NOT_COUNTED = (
+    "animation",
+    "cli",
+    "identify",
+    "plots",
+    "validation",
+    "__pycache__",
+)  # they compute no case
+
+
+def digest(data: bytes) -> str:
+    """SHA-256 in hex, shortened to 128 bits."""
+    return hashlib.sha256(data).hexdigest()[:32]
+
+
+def as_text(tree: Any) -> str:
+    """One text for equal data: JSON, keys in order."""
+    return json.dumps(tree, sort_keys=True)
+
+
+@functools.lru_cache(maxsize=1)
+def environment() -> dict[str, str]:
+    """What computes the cases; results are bit-equal where all of it is equal.
+
+    `source` is a hash of the package's code and data, but for what prints and draws.
+    """
+    found = {"python": platform.python_version(), "machine": platform.machine()}
+    for package in ("drake", "drake-racket", "numpy", "numba"):  # numba compiles the force laws
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "absent"
+    root = Path(drake_racket.__file__).parent
+    hashes = [
+        f"{path.relative_to(root)} {digest(path.read_bytes())}"
+        for path in sorted(root.rglob("*"))
+        if path.suffix in (".py", ".yaml")
+        and not set(path.relative_to(root).parts) & set(_NOT_COUNTED)
+    ]
+    return found | {"source": digest("\n".join(hashes).encode())}
+
+
+def named_files(scenario: Scenario) -> list[str]:
+    """The user's own files that a scenario names. What those include in turn is not looked at."""
+    names = [scenario.racket, scenario.ball]
+    if scenario.support in ("grip", "limb"):
+        names.append(scenario.grip)
+    if scenario.support == "limb":
+        names.append(scenario.limb.model)
+    return [name for name in names if Path(name).suffix and Path(name).is_file()]
+
+
+def file_hashes(names: list[str]) -> dict[str, str]:
+    """Name -> hash of its content."""
+    return {name: digest(Path(name).read_bytes()) for name in names}
+
+
+def scenario_hash(scenario: Scenario, files: Mapping[str, str]) -> str:
+    """Hash of a case: its scenario, and the content of the files it names."""
+    tree = dataclasses.asdict(scenario) | {"files": [files[x] for x in named_files(scenario)]}
+    return digest(as_text(tree).encode())
+
+
+def fingerprint(sweep: Sweep, files: Mapping[str, str]) -> dict[str, Any]:
+    """All that decides a sweep's results, as plain data.
+
+    Args:
+        sweep: the sweep.
+        files: name -> hash of every file that a case names.
+
+    """
+    axes = {
+        axis.name: {
+            "labels": list(axis.labels),
+            "keys": {
+                column.key.name: {
+                    "unit": column.unit,
+                    "relative": column.relative,
+                    "values": list(column.values),
+                }
+                for column in axis.columns
+            },
+        }
+        for axis in sweep.axes
+    }
+    return {
+        "base": dataclasses.asdict(sweep.base),
+        "files": {name: {"hash": files[name], "content": _content(name)} for name in sorted(files)},
+        "axes": axes,
+        "outputs": [output.name for output in sweep.outputs],
+        "histories": sorted(sweep.histories),
+        "history_formats": list(sweep.history_formats),
+        "environment": environment(),
+    }
+
+
+def _content(name: str) -> str:
+    return Path(name).read_bytes().decode("utf-8", errors="replace")
+
+
+def difference(old: Any, new: Any, key: str = "") -> tuple[str, Any, Any] | None:
+    """The first key (dotted) in which two trees of plain data differ, with both values."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for name in [*old, *(name for name in new if name not in old)]:
+            if name not in old or name not in new:
+                there = "nothing"
+                return f"{key}{name}", old.get(name, there), new.get(name, there)
+            found = difference(old[name], new[name], f"{key}{name}.")
+            if found is not None:
+                return found
+        return None
+    return None if old == new else (key.rstrip("."), old, new)

@@ -1,0 +1,221 @@
+"""A sweep as data: a base scenario, axes over it, and what to keep of every case.
+
+base: forehand.yaml          # a scenario file beside this one; or its keys, here
+axes:                        # see `axes`; the first varies slowest
+  point: [1, 5, 8]
+  speed: {from: 18, to: 33, count: 6, unit: m/s}
+outputs: [restitution, rebound_speed]          # see `outputs`
+histories: {point: [5]}      # all, none, numbers of cases, or labels along axes
+history_formats: [nc]
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_racket.errors import InputError
+from drake_racket.histories import check_format
+from drake_racket.scenario import Scenario, check_scenario, load_scenario, parse_scenario
+from drake_racket.sweep.axes import MOST_CASES, SweepAxis, make_axis
+from drake_racket.sweep.keys import Key, Value, with_values
+from drake_racket.sweep.outputs import OUTPUTS, USUAL_OUTPUTS, SweepOutput, find_outputs
+from drake_racket.typed_yaml import parse_tree
+
+MAX_BYTES = 20_000_000  # rows of a large design; this stops a wrong file early
+OWN_VARIABLES = ("case", "status", "failure", "scenario_hash", "sweep")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A checked sweep. Make one with `make_sweep` or `load_sweep`.
+
+    Attributes:
+        base: what the axes leave alone.
+        axes: the first varies slowest.
+        outputs: what is kept of every case.
+        histories: numbers of the cases whose time history is written, in order.
+        history_formats: suffixes of the files it is written to.
+
+    """
+
+    base: Scenario
+    axes: tuple[SweepAxis, ...]
+    outputs: tuple[SweepOutput, ...]
+    histories: frozenset[int] = frozenset()
+    history_formats: tuple[str, ...] = ("nc",)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Places along each axis."""
+        return tuple(len(axis) for axis in self.axes)
+
+    def __len__(self) -> int:
+        """How many cases it has."""
+        return math.prod(self.shape)
+
+    def places(self, case: int) -> tuple[int, ...]:
+        """Where a case stands along each axis; cases are numbered in row-major order from 0."""
+        found = []
+        for count in reversed(self.shape):
+            case, place = divmod(case, count)
+            found.append(place)
+        return tuple(reversed(found))
+
+    def scenario(self, case: int) -> Scenario:
+        """A case's scenario, not checked; raises InputError if it has no such key or number."""
+        values: dict[Key, Value] = {}
+        factors: dict[Key, float] = {}
+        for axis, place in zip(self.axes, self.places(case), strict=True):
+            for column in axis.columns:
+                if column.relative:
+                    factors[column.key] = float(column.values[place])
+                else:
+                    values[column.key] = column.values[place]
+        return with_values(self.base, values, factors)
+
+
+def load_sweep(path: Path) -> Sweep:
+    """Reads and checks a sweep's file; `base` may name a scenario file beside it.
+
+    Raises:
+        InputError: naming the key, the value and what is allowed.
+
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+        text = data.decode("utf-8")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise InputError("file", path, f"a readable YAML file ({reason})") from None
+    if len(data) > MAX_BYTES:
+        raise InputError(str(path), "a larger file", f"at most {MAX_BYTES} bytes")
+    return parse_sweep(text, str(path), path.parent)
+
+
+def parse_sweep(text: str, where: str = "sweep", directory: Path = Path()) -> Sweep:
+    """Reads and checks a sweep from YAML text; see `load_sweep`."""
+    tree = parse_tree(text, where)
+    names = ("base", "axes", "outputs", "histories", "history_formats")
+    if not isinstance(tree, dict):
+        raise InputError(where, tree, f"a mapping with the keys {', '.join(names)}")
+    for name in tree:
+        if name not in names:
+            raise InputError(f"{where}: {name}", "an unknown key", ", ".join(names))
+    base = tree.pop("base", {})
+    if isinstance(base, str):
+        scenario = load_scenario(directory / base)
+    elif isinstance(base, dict):
+        scenario = parse_scenario(yaml.safe_dump(base), f"{where}: base")
+    else:
+        raise InputError(f"{where}: base", base, "a scenario file, or a scenario's keys")
+    axes = tree.pop("axes", None)
+    return make_sweep(scenario, axes, **tree, where=where)
+
+
+def make_sweep(
+    base: Scenario,
+    axes: Any,
+    outputs: Sequence[str] = USUAL_OUTPUTS,
+    histories: Any = "none",
+    history_formats: Sequence[str] = ("nc",),
+    *,
+    where: str = "sweep",
+) -> Sweep:
+    """Checks a sweep given as plain data, as in its file.
+
+    Args:
+        base: what the axes leave alone.
+        axes: dimension -> axis; see `axes`.
+        outputs: names of what is kept of every case.
+        histories: `all`, `none`, numbers of cases, or dimension -> labels.
+        history_formats: suffixes of the files they are written to.
+
+    Raises:
+        InputError: naming the key, the value and what is allowed.
+
+    """
+    check_scenario(base, f"{where}: base")
+    if not isinstance(axes, Mapping) or not axes:
+        raise InputError(f"{where}: axes", axes, "at least one axis: a name and its values")
+    made = tuple(make_axis(str(n), a, base, f"{where}: axes.{n}") for n, a in axes.items())
+    _check_axes(made, where)
+    chosen = find_outputs(_texts(outputs, f"{where}: outputs"), f"{where}: outputs")
+    formats = tuple(_texts(history_formats, f"{where}: history_formats"))
+    for suffix in formats:
+        check_format(suffix, f"{where}: history_formats")
+    sweep = Sweep(base, made, chosen, frozenset(), formats)
+    selected = _select(histories, sweep, f"{where}: histories")
+    return dataclasses.replace(sweep, histories=frozenset(selected))
+
+
+def _check_axes(axes: Sequence[SweepAxis], where: str) -> None:
+    """Refuses names and keys that stand twice, and sweeps beyond all time."""
+    names: set[str] = set()
+    keys: set[str] = set()
+    for axis in axes:
+        at = f"{where}: axes.{axis.name}"
+        for column in axis.columns:
+            if column.key.name in keys:
+                raise InputError(at, column.key.name, "each key on one axis")
+            keys.add(column.key.name)
+        own = {axis.name} | ({c.key.name for c in axis.columns} if axis.joint else set())
+        for name in own:
+            if name in names or (axis.joint and axis.name in keys):
+                raise InputError(at, name, "a name that no other axis or key has")
+            if name in OUTPUTS or name in OWN_VARIABLES or not name.isprintable() or "/" in name:
+                raise InputError(at, name, "a name that no output has, without /")
+        names |= own
+    count = math.prod(len(axis) for axis in axes)
+    if count > MOST_CASES:
+        raise InputError(f"{where}: axes", f"{count} cases", f"at most {MOST_CASES} cases")
+
+
+def _texts(values: Any, where: str) -> list[str]:
+    if not isinstance(values, (list, tuple)) or not all(isinstance(x, str) for x in values):
+        raise InputError(where, values, "a list of names")
+    return list(values)
+
+
+def _select(chosen: Any, sweep: Sweep, where: str) -> list[int]:
+    """The numbers of the cases whose histories are wanted."""
+    if chosen in ("none", "all", None):
+        return list(range(len(sweep))) if chosen == "all" else []
+    if isinstance(chosen, Mapping):
+        return _labelled(chosen, sweep, where)
+    if not isinstance(chosen, (list, tuple)):
+        raise InputError(where, chosen, "all, none, numbers of cases, or labels along axes")
+    for number in chosen:
+        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < len(sweep):
+            raise InputError(where, number, f"numbers of cases from 0 to {len(sweep) - 1}")
+    return list(chosen)
+
+
+def _labelled(chosen: Mapping[Any, Any], sweep: Sweep, where: str) -> list[int]:
+    axes = {axis.name: axis for axis in sweep.axes}
+    wanted: dict[str, set[int]] = {}
+    for name, labels in chosen.items():
+        if name not in axes:
+            raise InputError(f"{where}.{name}", "an unknown axis", ", ".join(axes))
+        known = list(axes[name].labels)
+        if not isinstance(labels, (list, tuple)) or not labels:
+            raise InputError(f"{where}.{name}", labels, "a list of labels")
+        for label in labels:
+            if label not in known:
+                raise InputError(f"{where}.{name}", label, ", ".join(map(str, known)))
+        wanted[name] = {known.index(label) for label in labels}
+    return [
+        case
+        for case in range(len(sweep))
+        if all(
+            axis.name not in wanted or place in wanted[axis.name]
+            for axis, place in zip(sweep.axes, sweep.places(case), strict=True)
+        )
+    ]
