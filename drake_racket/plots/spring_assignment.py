@@ -41,7 +41,7 @@ def assignment_figure(ranking: xarray.Dataset, firm: xarray.Dataset) -> Figure:
 
 def _draw_all(axes: Any, ranking: xarray.Dataset) -> None:
     spread = ranking["spread"].to_numpy()
-    bins = np.linspace(0.0, spread.max(), 61)
+    bins = np.linspace(0.0, float(spread.max()), 61)
     groupings = list(dict.fromkeys(ranking["grouping"].to_numpy().tolist()))
     some = [spread[ranking["grouping"].to_numpy() == name] for name in groupings]
     axes.hist(some, bins, stacked=True, color=[BLUE, SKY, GREY][: len(some)], label=groupings)
@@ -51,7 +51,8 @@ def _draw_all(axes: Any, ranking: xarray.Dataset) -> None:
     axes.set_xlabel("spread of restitution (standard deviation, mean of four beds)")
     axes.set_ylabel("assignments")
     axes.set_title("all assignments, mirror images once", fontsize=10)
-    axes.legend(frameon=False, fontsize=8, loc="upper left")
+    axes.set_xlim(0.0, 1.45 * float(spread.max()))  # room for the legend
+    axes.legend(frameon=False, fontsize=8, loc="upper right")
     tidy(axes)
 
 
