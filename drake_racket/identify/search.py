@@ -113,6 +113,12 @@ def estimates(
     }
 
 
+def short_title(racket: RacketParameters, names: Sequence[str]) -> str:
+    """The racket's name and what is fitted, short enough for a figure."""
+    what = ", ".join(names) if len(names) <= 4 else f"{names[0]} to {names[-1]}"
+    return f"{racket.name}: {what}"
+
+
 def unit_text(unit: str) -> str:
     """A unit as it follows a number; nothing for pure numbers."""
     return "" if unit == "1" else f" {unit}"

@@ -81,7 +81,8 @@ def directions_figure(dataset: xarray.Dataset, case: int = 0) -> Figure:
     figure = new_figure(10.0, 4.2)
     axes, picture = figure.subplots(1, 2, width_ratios=(1.0, 1.15))
     for bed in one["bed"].to_numpy():
-        colour, line = BED_STYLES[tuple(str(bed).split())]
+        racket, tension = str(bed).split()
+        colour, line = BED_STYLES[racket, tension]
         values = 100.0 / one["singular_value"].sel(bed=bed)
         axes.plot(one["direction"], values, color=colour, ls=line, marker="o", ms=4, label=bed)
     for level in (10.0, 100.0):
