@@ -6,7 +6,8 @@ doi:10.1007/s12283-010-0056-x. Compose it on your own plant with `add_racket`, `
 """
 
 from drake_racket.ball import Ball, add_ball, set_ball_inertia
-from drake_racket.ball_contact import BallContact, BallContact_, ContactRecord
+from drake_racket.ball_contact import BallContact, BallContact_
+from drake_racket.contact_state import ContactRecord
 from drake_racket.describe import RacketProperties, frame_fundamentals, racket_properties
 from drake_racket.diagram import Impact, add_contact, add_impact, connect_forces
 from drake_racket.energy import EnergyMeter, EnergyMeter_, add_energy_meter, balance

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce_
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
@@ -31,61 +29,32 @@ from drake_racket.contact import (
     contact_powers,
     relative_motion,
 )
-
-
-@dataclass(frozen=True)
-class ContactBodies:
-    """Indices of the plant's bodies, for the ports that list all bodies."""
-
-    ball: int
-    strings: tuple[int, ...]  # nine, points 1-9
-
-
-@dataclass(frozen=True)
-class ContactModel:
-    """The numbers and choices of a contact, ready for the system below.
-
-    Attributes:
-        ball: speed_low, speed_high (m/s), kb at speed_low (N/m), its growth, cb at speed_low
-            (N s/m), its growth.
-        friction: mu at points 1-9.
-        scales: s_v (m/s), s_d (m).
-        grid: (9, 2) x, y (m) of the points in the head, about the centre.
-        rim: semi-axes along x, y (m); a ball outside passes by.
-        point: 1-9, or 0 for the point nearest at touch.
-
-    """
-
-    ball: tuple[float, float, float, float, float, float]
-    friction: tuple[float, ...]
-    scales: tuple[float, float]
-    grid: NDArray[np.float64]
-    rim: tuple[float, float]
-    point: int
-    by_displacement: bool
-    reaction_at_ball: bool
-
-
-(
-    _PHASE,
-    _POINT,
-    _SPEED,
-    _KB,
-    _CB,
-    _MU,
-    _OFFSET_X,
-    _OFFSET_Y,
-    _SCALE,
-    _BY_DISPLACEMENT,
-    _AT_BALL,
-    _TOUCH,
-    _RELEASE,
-    _GIVEN_UP,
-    _TOUCHES,
-) = range(15)
-_CONSTANTS = slice(_KB, _AT_BALL)  # the seven constants of contact_law, in its order
-# on a discrete plant only: see the system's docstring
-_WEIGHT, _RATE, _LEAD, _SEEN = 15, slice(16, 19), slice(19, 22), 22
+from drake_racket.contact_state import (
+    AT_BALL,
+    BY_DISPLACEMENT,
+    CB,
+    CONSTANTS,
+    GIVEN_UP,
+    KB,
+    LEAD,
+    MU,
+    OFFSET_X,
+    OFFSET_Y,
+    PHASE,
+    POINT,
+    RATE,
+    RELEASE,
+    SCALE,
+    SEEN,
+    SPEED,
+    TOUCH,
+    TOUCHES,
+    WEIGHT,
+    ContactBodies,
+    ContactModel,
+    spread,
+    value_of,
+)
 
 
 @TemplateSystem.define("BallContact_")
@@ -152,9 +121,9 @@ def BallContact_(T: Any) -> Any:
                     BasicVector_[T](np.array([T(float(x)) for x in values]))
                 )
             initial = np.array([T(0.0)] * (23 if self.discrete else 15))
-            initial[_TOUCH] = initial[_RELEASE] = T(float("nan"))
+            initial[TOUCH] = initial[RELEASE] = T(float("nan"))
             if self.discrete:
-                initial[_SEEN] = T(float("nan"))
+                initial[SEEN] = T(float("nan"))
             self.DeclareDiscreteState(BasicVector_[T](initial))
             self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
             self._declare_outputs()
@@ -211,8 +180,8 @@ def BallContact_(T: Any) -> Any:
 
         def _contact_motion(self, context: Any, state: Any) -> Any:
             """The motion of `_motion` while in contact; on a discrete plant, brought up to time."""
-            motion = self._motion(context, round(_float(state[_POINT])))
-            return self._led(motion, state[_LEAD]) if self.discrete else motion
+            motion = self._motion(context, round(value_of(state[POINT])))
+            return self._led(motion, state[LEAD]) if self.discrete else motion
 
         def _led(self, motion: Any, lead: Any) -> Any:
             """`motion` with `lead` (m/s, in the head) added to the ball's velocity."""
@@ -222,59 +191,59 @@ def BallContact_(T: Any) -> Any:
         def _latched(self, context: Any) -> Any:
             """The discrete state; on a discrete plant, as the update of this instant leaves it."""
             state = context.get_discrete_state_vector().CopyToVector()
-            if self.discrete and _float(state[_SEEN]) != _float(context.get_time()):
+            if self.discrete and value_of(state[SEEN]) != value_of(context.get_time()):
                 for index, number in self._changes(context, state).items():
                     state[index] = number if isinstance(number, T) else T(number)
             return state
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
             state = self._latched(context)
-            if state[_PHASE] != CONTACT:
+            if state[PHASE] != CONTACT:
                 output.set_value([])
                 return
-            point = round(_float(state[_POINT]))
+            point = round(value_of(state[POINT]))
             on_ball, on_string = self._on_ball, self._on_string
             motion = self._contact_motion(context, state)
-            ball, string, p, _, _ = self._law(*motion, state[_CONSTANTS])
+            ball, string, p, _, _ = self._law(*motion, state[CONSTANTS])
             if self.discrete:
-                ball, string = state[_WEIGHT] * ball, state[_WEIGHT] * string
+                ball, string = state[WEIGHT] * ball, state[WEIGHT] * string
             on_ball.F_Bq_W = spatial_force(ball)
             on_string.F_Bq_W = spatial_force(string)
             on_string.body_index = self._string_index[point - 1]
-            on_string.p_BoBq_B = p if state[_AT_BALL] > 0.5 else 0.0 * p
+            on_string.p_BoBq_B = p if state[AT_BALL] > 0.5 else 0.0 * p
             output.set_value([on_ball, on_string])
 
         def _calc_contact_state(self, context: Any, output: Any) -> None:
             state = self._latched(context)
-            if state[_PHASE] == CONTACT:
-                point = round(_float(state[_POINT]))
+            if state[PHASE] == CONTACT:
+                point = round(value_of(state[POINT]))
                 motion = self._contact_motion(context, state)
-                _, _, p, v, (fx, fy, normal, _) = self._law(*motion, state[_CONSTANTS])
+                _, _, p, v, (fx, fy, normal, _) = self._law(*motion, state[CONSTANTS])
             else:
                 point, p, v = self._next_point(context)
                 fx = fy = normal = T(0.0)
             output.SetFromVector(
-                np.array([state[_PHASE], T(point), -p[2], -v[2], normal, fx, fy, v[0], v[1]])
+                np.array([state[PHASE], T(point), -p[2], -v[2], normal, fx, fy, v[0], v[1]])
             )
 
         def _calc_stored_energy(self, context: Any, output: Any) -> None:
             state = self._latched(context)
             output[0] = T(0.0)
-            if state[_PHASE] == CONTACT:
-                motion = self._motion(context, round(_float(state[_POINT])))
+            if state[PHASE] == CONTACT:
+                motion = self._motion(context, round(value_of(state[POINT])))
                 p, _ = self._relative(*motion)
-                output[0] = 0.5 * state[_KB] * p[2] * p[2]
+                output[0] = 0.5 * state[KB] * p[2] * p[2]
 
         def _calc_power(self, context: Any, output: Any) -> None:
             state = self._latched(context)
-            if state[_PHASE] != CONTACT:
+            if state[PHASE] != CONTACT:
                 output.SetFromVector(self._no_power)
                 return
             motion = self._contact_motion(context, state)
-            on_ball, _, p, v, force = self._law(*motion, state[_CONSTANTS])
+            on_ball, _, p, v, force = self._law(*motion, state[CONSTANTS])
             w = motion[2][:3] @ motion[0][:, :3]
-            lost_ball, lost_friction, couple = contact_powers(p, v, force, state[_CB], w)
-            if state[_AT_BALL] > 0.5:
+            lost_ball, lost_friction, couple = contact_powers(p, v, force, state[CB], w)
+            if state[AT_BALL] > 0.5:
                 couple = 0.0 * couple
             output.SetFromVector(np.array([lost_ball, lost_friction, couple, *on_ball[3:]]))
 
@@ -296,15 +265,15 @@ def BallContact_(T: Any) -> Any:
         def DoGetWitnessFunctions(self, context: Any) -> list[Any]:
             if self.discrete:
                 return []
-            return [self._witnesses[_float(context.get_discrete_state_vector()[_PHASE])]]
+            return [self._witnesses[value_of(context.get_discrete_state_vector()[PHASE])]]
 
         def _next_point(self, context: Any) -> Any:
             """The point to be hit (given, or nearest now), with p and v of the ball about it."""
             choices = context.get_numeric_parameter(self.CHOICES)
-            point = round(_float(choices[0]))
+            point = round(value_of(choices[0]))
             if point == 0:
                 p, _ = self._relative(*self._motion(context, 5))
-                at = np.array([_float(p[0]), _float(p[1])])
+                at = np.array([value_of(p[0]), value_of(p[1])])
                 point = 1 + int(np.argmin(np.sum((self.model.grid - at) ** 2, axis=1)))
             return point, *self._relative(*self._motion(context, point))
 
@@ -316,7 +285,7 @@ def BallContact_(T: Any) -> Any:
 
         def _raw_normal(self, context: Any) -> Any:
             state = context.get_discrete_state_vector().CopyToVector()
-            return self._law(*self._contact_motion(context, state), state[_CONSTANTS])[4][3]
+            return self._law(*self._contact_motion(context, state), state[CONSTANTS])[4][3]
 
         def _update(self, context: Any, new: Any) -> EventStatus:
             """Goes to the phase that the present state asks for."""
@@ -329,25 +298,27 @@ def BallContact_(T: Any) -> Any:
 
         def _changes(self, context: Any, state: Any) -> dict[int, Any]:
             """What this instant changes in `state`: index -> value."""
-            phase = _float(state[_PHASE])
+            phase = value_of(state[PHASE])
             changes: dict[int, Any] = {}
             if phase == CONTACT and self.discrete:
                 changes = self._step_in_contact(context, state)
-            elif phase == CONTACT and _float(self._raw_normal(context)) <= 0.0:
+            elif phase == CONTACT and value_of(self._raw_normal(context)) <= 0.0:
                 changes = self._release(context, state)
             if phase != CONTACT:
                 point, p, v = self._next_point(context)
-                gap = _float(p[2])
+                gap = value_of(p[2])
                 if phase == PASSED and gap >= 0.0:
-                    changes = {_PHASE: FREE}
-                elif phase == FREE and gap <= 0.0 and _float(v[2]) < 0.0 and self._inside(point, p):
+                    changes = {PHASE: FREE}
+                elif (
+                    phase == FREE and gap <= 0.0 and value_of(v[2]) < 0.0 and self._inside(point, p)
+                ):
                     changes = self._touch(context, state, point, p, v)
                 elif phase == FREE and gap < 0.0:
-                    changes = {_PHASE: PASSED}
-            return changes | {_SEEN: context.get_time()} if self.discrete else changes
+                    changes = {PHASE: PASSED}
+            return changes | {SEEN: context.get_time()} if self.discrete else changes
 
         def _inside(self, point: int, p: Any) -> bool:
-            x, y = self.model.grid[point - 1] + np.array([_float(p[0]), _float(p[1])])
+            x, y = self.model.grid[point - 1] + np.array([value_of(p[0]), value_of(p[1])])
             a, b = self.model.rim
             return bool((x / a) ** 2 + (y / b) ** 2 < 1.0)
 
@@ -356,27 +327,27 @@ def BallContact_(T: Any) -> Any:
             friction, scales, choices = (
                 context.get_numeric_parameter(i).CopyToVector() for i in (1, 2, 3)
             )
-            by_displacement = round(_float(choices[1]))
-            touches = round(_float(state[_TOUCHES]))
+            by_displacement = round(value_of(choices[1]))
+            touches = round(value_of(state[TOUCHES]))
             changes = {
-                _PHASE: CONTACT,
-                _POINT: point,
-                _MU: friction[point - 1],
-                _OFFSET_X: p[0],
-                _OFFSET_Y: p[1],
-                _SCALE: scales[by_displacement],
-                _BY_DISPLACEMENT: by_displacement,
-                _AT_BALL: choices[2],
-                _TOUCHES: touches + 1,
+                PHASE: CONTACT,
+                POINT: point,
+                MU: friction[point - 1],
+                OFFSET_X: p[0],
+                OFFSET_Y: p[1],
+                SCALE: scales[by_displacement],
+                BY_DISPLACEMENT: by_displacement,
+                AT_BALL: choices[2],
+                TOUCHES: touches + 1,
             }
             if touches == 0:
                 ball = context.get_numeric_parameter(self.BALL).CopyToVector()
                 low, high, kb, kb_growth, cb, cb_growth = ball
                 changes |= {
-                    _SPEED: -v[2],
-                    _KB: ball_constants(-v[2], low, high, kb, kb_growth),
-                    _CB: ball_constants(-v[2], low, high, cb, cb_growth),
-                    _TOUCH: context.get_time(),
+                    SPEED: -v[2],
+                    KB: ball_constants(-v[2], low, high, kb, kb_growth),
+                    CB: ball_constants(-v[2], low, high, cb, cb_growth),
+                    TOUCH: context.get_time(),
                 }
             return changes | self._late_touch(context, p, v) if self.discrete else changes
 
@@ -384,27 +355,25 @@ def BallContact_(T: Any) -> Any:
             """What a discrete step makes up for; a run that starts in contact is not late."""
             step = self.plant.time_step()
             lag = p[2] / v[2]
-            if _float(lag) > step:
+            if value_of(lag) > step:
                 lag = 0.0 * lag
-            return (
-                {_WEIGHT: 0.5 + lag / step} | _spread(_RATE, v) | _spread(_LEAD, 0.0 * np.array(v))
-            )
+            return {WEIGHT: 0.5 + lag / step} | spread(RATE, v) | spread(LEAD, 0.0 * np.array(v))
 
         def _step_in_contact(self, context: Any, state: Any) -> dict[int, Any]:
             """At the start of a discrete step: the lead of its velocity, or release."""
-            motion = self._motion(context, round(_float(state[_POINT])))
+            motion = self._motion(context, round(value_of(state[POINT])))
             _, v = self._relative(*motion)
-            lead = 0.5 * (np.array(v) - state[_RATE])
-            if _float(self._law(*self._led(motion, lead), state[_CONSTANTS])[4][3]) <= 0.0:
+            lead = 0.5 * (np.array(v) - state[RATE])
+            if value_of(self._law(*self._led(motion, lead), state[CONSTANTS])[4][3]) <= 0.0:
                 return self._release(context, state)
-            return {_WEIGHT: 1.0} | _spread(_RATE, v) | _spread(_LEAD, lead)
+            return {WEIGHT: 1.0} | spread(RATE, v) | spread(LEAD, lead)
 
         def _release(self, context: Any, state: Any) -> dict[int, Any]:
-            p, _ = self._relative(*self._motion(context, round(_float(state[_POINT]))))
+            p, _ = self._relative(*self._motion(context, round(value_of(state[POINT]))))
             return {
-                _PHASE: PASSED if _float(p[2]) < 0.0 else FREE,
-                _RELEASE: context.get_time(),
-                _GIVEN_UP: state[_GIVEN_UP] + 0.5 * state[_KB] * p[2] * p[2],
+                PHASE: PASSED if value_of(p[2]) < 0.0 else FREE,
+                RELEASE: context.get_time(),
+                GIVEN_UP: state[GIVEN_UP] + 0.5 * state[KB] * p[2] * p[2],
             }
 
     return Impl
@@ -413,46 +382,5 @@ def BallContact_(T: Any) -> Any:
 BallContact = BallContact_[float]
 
 
-@dataclass(frozen=True)
-class ContactRecord:
-    """What a BallContact has latched, as plain numbers; see its discrete state."""
-
-    phase: float
-    point: int
-    approach_speed: float
-    kb: float
-    cb: float
-    touch_time: float
-    release_time: float
-    energy_given_up: float
-    touches: int
-
-
-def contact_record(state: Any) -> ContactRecord:
-    """Reads the record from a BallContact's discrete state, an array of 15."""
-    s = [_float(x) for x in state]
-    return ContactRecord(
-        phase=s[_PHASE],
-        point=round(s[_POINT]),
-        approach_speed=s[_SPEED],
-        kb=s[_KB],
-        cb=s[_CB],
-        touch_time=s[_TOUCH],
-        release_time=s[_RELEASE],
-        energy_given_up=s[_GIVEN_UP],
-        touches=round(s[_TOUCHES]),
-    )
-
-
 def _dispatch_update(system: Any, context: Any, event: Any, state: Any) -> Any:
     return system._update(context, state)
-
-
-def _spread(indices: slice, values: Any) -> dict[int, Any]:
-    """Index -> value, for a part of the state."""
-    return dict(zip(range(indices.start, indices.stop), values, strict=True))
-
-
-def _float(x: Any) -> float:
-    """The value of a float or an AutoDiffXd."""
-    return float(x) if isinstance(x, (float, int)) else float(x.value())

@@ -22,14 +22,14 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder
 
 from drake_racket.ball import Ball
-from drake_racket.ball_contact import (
-    BallContact,
+from drake_racket.ball_contact import BallContact
+from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
+from drake_racket.contact_state import (
     ContactBodies,
     ContactModel,
     ContactRecord,
     contact_record,
 )
-from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.errors import InputError
 from drake_racket.parameters import BallParameters, RacketParameters
 from drake_racket.racket import Racket, string_bed_model, string_coordinates

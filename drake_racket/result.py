@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.ball_contact import ContactRecord, contact_record
 from drake_racket.contact import CONTACT
+from drake_racket.contact_state import ContactRecord, contact_record
 from drake_racket.energy import Balance, balance, rigid_motion
 from drake_racket.history import make_history
 from drake_racket.limbs.striking_limb import limits_are_ours

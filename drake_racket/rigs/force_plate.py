@@ -26,8 +26,9 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventSta
 from scipy.interpolate import CubicHermiteSpline
 
 from drake_racket.ball import Ball, add_ball
-from drake_racket.ball_contact import BallContact, ContactBodies, ContactModel, contact_record
+from drake_racket.ball_contact import BallContact
 from drake_racket.contact import CONTACT
+from drake_racket.contact_state import ContactBodies, ContactModel, contact_record
 from drake_racket.errors import InputError
 from drake_racket.parameters import BallParameters, load_ball
 from drake_racket.rigs.plate_force import (

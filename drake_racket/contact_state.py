@@ -1,0 +1,105 @@
+"""What a BallContact is made of and what it latches: numbers, state, record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class ContactBodies:
+    """Indices of the plant's bodies, for the ports that list all bodies."""
+
+    ball: int
+    strings: tuple[int, ...]  # nine, points 1-9
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """The numbers and choices of a contact, ready for the system below.
+
+    Attributes:
+        ball: speed_low, speed_high (m/s), kb at speed_low (N/m), its growth, cb at speed_low
+            (N s/m), its growth.
+        friction: mu at points 1-9.
+        scales: s_v (m/s), s_d (m).
+        grid: (9, 2) x, y (m) of the points in the head, about the centre.
+        rim: semi-axes along x, y (m); a ball outside passes by.
+        point: 1-9, or 0 for the point nearest at touch.
+
+    """
+
+    ball: tuple[float, float, float, float, float, float]
+    friction: tuple[float, ...]
+    scales: tuple[float, float]
+    grid: NDArray[np.float64]
+    rim: tuple[float, float]
+    point: int
+    by_displacement: bool
+    reaction_at_ball: bool
+
+
+(
+    PHASE,
+    POINT,
+    SPEED,
+    KB,
+    CB,
+    MU,
+    OFFSET_X,
+    OFFSET_Y,
+    SCALE,
+    BY_DISPLACEMENT,
+    AT_BALL,
+    TOUCH,
+    RELEASE,
+    GIVEN_UP,
+    TOUCHES,
+) = range(15)
+CONSTANTS = slice(KB, AT_BALL)  # the seven constants of contact_law, in its order
+# on a discrete plant only: see the system's docstring
+WEIGHT, RATE, LEAD, SEEN = 15, slice(16, 19), slice(19, 22), 22
+
+
+@dataclass(frozen=True)
+class ContactRecord:
+    """What a BallContact has latched, as plain numbers; see its discrete state."""
+
+    phase: float
+    point: int
+    approach_speed: float
+    kb: float
+    cb: float
+    touch_time: float
+    release_time: float
+    energy_given_up: float
+    touches: int
+
+
+def contact_record(state: Any) -> ContactRecord:
+    """Reads the record from a BallContact's discrete state, an array of 15."""
+    s = [value_of(x) for x in state]
+    return ContactRecord(
+        phase=s[PHASE],
+        point=round(s[POINT]),
+        approach_speed=s[SPEED],
+        kb=s[KB],
+        cb=s[CB],
+        touch_time=s[TOUCH],
+        release_time=s[RELEASE],
+        energy_given_up=s[GIVEN_UP],
+        touches=round(s[TOUCHES]),
+    )
+
+
+def spread(indices: slice, values: Any) -> dict[int, Any]:
+    """Index -> value, for a part of the state."""
+    return dict(zip(range(indices.start, indices.stop), values, strict=True))
+
+
+def value_of(x: Any) -> float:
+    """The value of a float or an AutoDiffXd."""
+    return float(x) if isinstance(x, (float, int)) else float(x.value())
