@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from drake_racket.cli import animate, impact, plot, show, sweep, validate
+from drake_racket.cli import animate, identify, impact, plot, show, sweep, validate
 from drake_racket.errors import InputError, one_line
 from drake_racket.simulate import SimulationError
 
@@ -29,6 +29,7 @@ for command in (
     validate.validate,
 ):
     app.command()(command)
+app.add_typer(identify.app, name="identify")
 
 # click's class for wrong options and arguments; typer carries its own copy or imports click
 _UsageError: Any = typer.BadParameter.__bases__[0]
