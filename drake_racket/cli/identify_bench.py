@@ -25,6 +25,9 @@ def ball(
     speed_sigma: Annotated[
         float, typer.Option(help="Standard deviation of a measured speed, m/s.")
     ] = 0.1,
+    group_width: Annotated[
+        float, typer.Option(help="Impacts closer than this share one kb and cb, m/s.")
+    ] = 1.0,
     speed_low: Annotated[float | None, typer.Option(help="Lowest speed of the law, m/s.")] = None,
     speed_high: Annotated[float | None, typer.Option(help="Highest speed, m/s.")] = None,
     starts: Annotated[int, typer.Option(help="Starts of least squares at each speed.")] = 1,
@@ -45,6 +48,7 @@ def ball(
             records,
             known.mass.value if mass is None else mass,
             speed_sigma=speed_sigma,
+            group_width=group_width,
             speed_low=speed_low,
             speed_high=speed_high,
             starts=starts,

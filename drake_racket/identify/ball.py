@@ -167,9 +167,11 @@ def fit_ball(
         records: impacts, as `read_ball_impacts` returns them.
         mass: kg, of the balls that were not weighed.
         speed_sigma: m/s, standard deviation of a measured speed; 0 takes the speeds as measured.
-        group_width: m/s (`group_by_speed`).
+        group_width: m/s (`group_by_speed`). Impacts of one group share kb and cb: where a setting's
+            speeds scatter, a small width fits every impact by itself.
         weights: of the lines (`speed_line`); None: `scatter` from three speeds on, else `fit`.
-        speed_low, speed_high: m/s, of the law; the slowest and fastest group if None.
+        speed_low, speed_high: m/s, of the law, which holds its end values outside; the slowest and
+            fastest group if None.
         starts, seed: of the search at each speed. The law is smooth and its first guess near: one
             start finds the minimum (tests).
         progress: called with the part done (0 to 1) and the RMS (N) at the speed just fitted.
@@ -195,7 +197,7 @@ def fit_ball(
         if progress is not None:
             progress(len(groups) / len(grouped), groups[-1].rms)
     low, high = _range(groups, speed_low, speed_high)
-    lines = _lines(groups, weights) if len(groups) > 1 else (None, None)
+    lines = _lines(groups, weights, low, high) if len(groups) > 1 else (None, None)
     warnings = [text for group in groups for text in group.warnings]
     warnings += _warnings(groups, lines, low, high)
     return BallFit(
@@ -218,8 +220,14 @@ def _range(
     return low, high
 
 
-def _lines(groups: Sequence[SpeedFit], weights: str) -> tuple[SpeedLine, SpeedLine]:
-    speeds = np.array([group.speed for group in groups])
+def _lines(
+    groups: Sequence[SpeedFit], weights: str, low: float, high: float
+) -> tuple[SpeedLine, SpeedLine]:
+    # outside low to high the law holds its end values: a value there belongs to that end
+    speeds = np.clip([group.speed for group in groups], low, high)
+    if len(np.unique(speeds)) < 2:
+        allowed = "a range that holds two or more of the measured speeds"
+        raise InputError("speed_low, speed_high", (low, high), allowed)
     covariances = np.array([group.covariance for group in groups])
     kb, cb = np.array([(group.kb, group.cb) for group in groups]).T
     with_kb, with_cb = np.ix_(range(len(groups)), [0, 2], [0, 2]), np.s_[:, 1:, 1:]

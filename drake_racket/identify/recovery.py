@@ -24,7 +24,6 @@ from drake_racket.identify.laboratory import Noise, oblique_table, restitution_t
 from drake_racket.identify.laboratory_records import hammer_strikes, plate_impacts
 from drake_racket.identify.search import Search, determined
 from drake_racket.identify.string_bed import StringBedFit, fit_string_bed
-from drake_racket.identify.table_rows import SETTING_WIDTH
 from drake_racket.identify.tables import RestitutionTable
 from drake_racket.parameters import BallParameters, RacketParameters
 from drake_racket.signals import Signal
@@ -291,7 +290,7 @@ def ball_trial(
             records,
             ball.mass.value,
             speed_sigma=noise.speed_sigma,
-            group_width=SETTING_WIDTH,
+            group_width=0.01,  # every impact by itself: the speeds of a setting scatter
             speed_low=ball.speed_low.value,
             speed_high=ball.speed_high.value,
         )
