@@ -6,8 +6,8 @@ Each racket is in a hand at rest (grip normal, inferred) and is hit at 25 m/s at
 within the rim; both halves are alike, so one is computed. The ball meets the nearest of nine string
 masses: lever arms change from aim to aim, the strings only from one mass's cell to the next (dashed
 on the maps), and nothing is interpolated. The best aims are compared with closed forms of the free
-racket: the node of bending, and the centre of percussion for the hand's place. Leaves a sweep with
-histories for each racket (DIR/RACKET), tables (CSV) and the maps.
+racket: the node of bending, and the centre of percussion for the hand's place. Leaves a sweep for
+each racket (DIR/RACKET), tables (CSV) and the maps.
 """
 
 import argparse
@@ -26,7 +26,6 @@ from drake_racket.plots.sample_studies import SWEET_SPOTS, best_aim, sweet_spot_
 from drake_racket.rigs.mode_shapes import head_node
 from drake_racket.scenario import IntegratorSettings
 from drake_racket.sweep import Progress, make_sweep, run_sweep
-from drake_racket.sweep.ringing import add_ringing
 
 REACH = 0.85  # of the rim's semi-axes: beyond it the ball would meet the frame
 
@@ -110,13 +109,12 @@ def main() -> None:
         racket = load_racket(name)
         rows = aims(racket, 0.1 if options.quick else options.step)
         keys = {"offset_x": {"unit": "m"}, "offset_y": {"unit": "m"}}
-        outputs = ["restitution", "peak_hand_force", "peak_hand_torque", "touched_point"]
-        sweep = make_sweep(base, {"aim": {"keys": keys, "rows": rows}}, outputs, "all")
+        outputs = ["restitution", "handle_ringing", "peak_hand_force", "touched_point"]
+        sweep = make_sweep(base, {"aim": {"keys": keys, "rows": rows}}, outputs)
         directory = options.out / Path(name).stem
-        dataset = run_sweep(
+        maps[name] = run_sweep(
             sweep, directory, workers=options.workers, fresh=options.fresh, progress=report
         )
-        maps[name] = add_ringing(dataset, sweep, directory)
         closed[name] = closed_forms(racket)
         print_spots(name, maps[name], closed[name])
         table = maps[name].drop_vars(["sweep", "scenario_hash", "status", "failure"])

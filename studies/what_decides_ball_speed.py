@@ -12,7 +12,7 @@ hand stands still moves at v_racket, everywhere alike (the racket does not turn 
 
 The ball meets the nearest of nine string masses: what changes with the impact point within a mass's
 share of the bed (68.5 mm) is the lever, not the strings. Needs SALib (extra `sensitivity`). Cases
-that are finished stay in DIR/sweep, with their histories (0.4 MB each): the same call goes on.
+that are finished stay in DIR/sweep: the same call goes on.
 """
 
 import argparse
@@ -29,7 +29,6 @@ from drake_racket.files import check_directory
 from drake_racket.plots.sensitivity import sensitivity_figure
 from drake_racket.scenario import IntegratorSettings
 from drake_racket.sweep import Progress, Sweep, make_sweep, run_sweep
-from drake_racket.sweep.ringing import RINGING, add_ringing
 from drake_racket.sweep.sensitivity import SobolDesign, Span, sobol_design, sobol_indices
 
 SPANS = {
@@ -41,7 +40,7 @@ SPANS = {
 }
 JOINT = "racket.throat_joint"
 SPEED, RACKET_SPEED = 25.0, 15.0  # m/s: of the ball towards the racket; of the racket's share in it
-OUTPUTS = ["ball_speed", "peak_hand_torque", RINGING]
+OUTPUTS = ["ball_speed", "peak_hand_torque", "handle_ringing"]
 
 
 def decision_sweep(design: SobolDesign, base: Scenario) -> Sweep:
@@ -60,8 +59,8 @@ def decision_sweep(design: SobolDesign, base: Scenario) -> Sweep:
     }
     keys = {name: settings for name, (settings, _) in columns.items()}
     rows = np.stack([values for _, values in columns.values()], axis=1).tolist()
-    outputs = ["restitution", "peak_hand_torque", "peak_hand_force", "peak_handle_acceleration"]
-    return make_sweep(base, {"row": {"keys": keys, "rows": rows}}, outputs, "all")
+    outputs = ["restitution", "peak_hand_torque", "handle_ringing"]
+    return make_sweep(base, {"row": {"keys": keys, "rows": rows}}, outputs)
 
 
 def with_ball_speed(dataset: xarray.Dataset) -> xarray.Dataset:
@@ -126,7 +125,7 @@ def main() -> None:
     dataset = run_sweep(
         sweep, directory, workers=options.workers, fresh=options.fresh, progress=report
     )
-    dataset = with_ball_speed(add_ringing(dataset, sweep, directory))
+    dataset = with_ball_speed(dataset)
     indices = sobol_indices(design, dataset, OUTPUTS)
     print_tables(indices, dataset)
     write_netcdf(indices, options.out / "indices.nc")
@@ -134,7 +133,7 @@ def main() -> None:
     titles = {
         "ball_speed": "ball speed",
         "peak_hand_torque": "wrist load\n(peak torque on the hand)",
-        RINGING: "mid-handle vibration\n(RMS after release)",
+        "handle_ringing": "mid-handle vibration\n(RMS after release)",
     }
     write_figure(sensitivity_figure(indices, titles), options.out / "indices.png")
     print(f"wrote {options.out}")

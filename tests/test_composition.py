@@ -183,6 +183,7 @@ def test_first_impact_study(tmp_path):
     assert table[:, 2].max() == pytest.approx(885.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_reaction_point_study(tmp_path):
     out = tmp_path / "study"
     command = [sys.executable, str(STUDIES / "reaction_point.py"), "--out", str(out)]

@@ -185,6 +185,7 @@ def test_bad_numbers_and_signals_are_refused(plate) -> None:
             closed_form(**numbers)
 
 
+@pytest.mark.slow
 def test_study_writes_what_it_found_and_reads_a_signal(plate, tmp_path) -> None:
     impact = plate.run(25.0)
     write_signal(impact.sampled(), tmp_path / "plate.csv")

@@ -110,7 +110,7 @@ def test_the_load_converts_to_autodiff():
     assert load[5].derivatives()[place] == pytest.approx(stiffness)
 
 
-@pytest.mark.parametrize("kind", ["torsional", "weld"])
+@pytest.mark.parametrize("kind", ["torsional", pytest.param("weld", marks=pytest.mark.slow)])
 def test_the_load_of_a_joint_is_what_momentum_lacks(kind):
     """As for the compliant grip: the joint's reaction, summed, is the momentum that is gone."""
     case = dataclasses.replace(HELD, grip_kind=kind, integrator=TIGHT)

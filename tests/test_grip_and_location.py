@@ -66,6 +66,7 @@ def direct():
     return system, simulate(scenario, system)
 
 
+@pytest.mark.slow
 def test_the_studys_numbers_are_those_of_a_direct_run(dataset, direct):
     _, result = direct
     case = dataset.sel(grip="tight", point=6)
@@ -89,6 +90,7 @@ def test_the_studys_numbers_are_those_of_a_direct_run(dataset, direct):
     assert float(case["peak_reaction_force"].sel(joint="wrist_flexion")) == float(force.max())
 
 
+@pytest.mark.slow
 def test_the_load_on_a_joint_is_the_moment_of_the_hands_wrench_about_its_axis(direct):
     system, result = direct
     limb, plant = system.limb.limb, system.plant
@@ -110,6 +112,7 @@ def test_the_load_on_a_joint_is_the_moment_of_the_hands_wrench_about_its_axis(di
             assert loads[sample, column] == pytest.approx(moment, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_rotation_in_the_hand_is_the_angle_of_its_rotation_matrix(dataset):
     case = dataset.sel(grip="tight", point=6)
     roll, pitch, yaw = case["grip_angle"].to_numpy()[-1]
@@ -128,6 +131,7 @@ def test_rotation_in_the_hand_is_the_angle_of_its_rotation_matrix(dataset):
     assert float(case["grip_rotation"][-1]) == pytest.approx(angle, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_below_is_below_in_the_world(dataset):
     # tip to the left, face to the net: y of the racket, z x x, points up, and point 6 is on -y
     up = face_rotation(0.0, 0.0, 0.0, "left")[2, 1]
@@ -138,6 +142,7 @@ def test_below_is_below_in_the_world(dataset):
     assert side_points(dataset) == (6, None)
 
 
+@pytest.mark.slow
 def test_without_impact_the_stroke_goes_on_from_the_same_state(dataset):
     start = dataset["joint_position"].isel(time=0) - dataset["swing_joint_position"].isel(time=0)
     assert float(abs(start).max()) < 1e-5
@@ -147,6 +152,7 @@ def test_without_impact_the_stroke_goes_on_from_the_same_state(dataset):
     assert float(dataset["peak_grip_rotation"].sel(grip="tight", point=6)) > 0.2
 
 
+@pytest.mark.slow
 def test_finished_runs_are_taken_from_the_directory(output, dataset):
     def unexpected(done: int, cases: int) -> None:
         raise AssertionError("a run that was there")
@@ -176,6 +182,7 @@ def test_processes_and_a_store_do_not_change_the_result(tmp_path):
     assert alone.identical(grip_and_location(**chosen, store=tmp_path))
 
 
+@pytest.mark.slow
 def test_the_files_are_there_and_readable(output, dataset):
     for name in ("maps", "grips", "joints_tight", "loads_tight"):
         assert (output / f"{name}.png").read_bytes()[:4] == b"\x89PNG"

@@ -132,6 +132,7 @@ def test_bad_axis_steps_are_refused(step):
         axis_offsets(step)
 
 
+@pytest.mark.slow
 def test_head_clamped_study(tmp_path):
     out = tmp_path / "out"
     run = run_study(
@@ -148,6 +149,7 @@ def test_head_clamped_study(tmp_path):
     assert {p.suffix for p in out.iterdir()} == {".nc", ".csv", ".png"}
 
 
+@pytest.mark.slow
 def test_moving_racket_study(tmp_path):
     out = tmp_path / "out"
     run = run_study(

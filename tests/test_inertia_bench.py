@@ -490,6 +490,7 @@ def run_study(*arguments: object) -> subprocess.CompletedProcess:
     )
 
 
+@pytest.mark.slow
 def test_the_study_leaves_what_it_says(tmp_path):
     out = tmp_path / "bench"
     run = run_study("--out", out, "--racket", "tour", "--oscillations", 1, "--no-bending")

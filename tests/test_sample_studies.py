@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 import xarray
 
-from drake_racket import InputError, Scenario, load_racket, simulate
-from drake_racket.rigs.restitution_map import VIBRATION
+from drake_racket import Scenario, load_racket, simulate
+from drake_racket.rigs.restitution_map import VIBRATION, handle_ringing
 from drake_racket.scenario import IntegratorSettings
-from drake_racket.sweep import make_sweep
-from drake_racket.sweep.ringing import RINGING, add_ringing, handle_ringing
 from tests.conftest import clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 from tests.oracles.two_body import free_free_frequency
@@ -67,9 +65,9 @@ def test_frame_study(quick):
             integrator=IntegratorSettings(accuracy=2e-2),
         )
     )
-    rig = {output.name: output for output in VIBRATION}[RINGING].read(result)
+    rig = {output.name: output for output in VIBRATION}["handle_ringing"].read(result)
     case = dataset.sel(support="free", point=2, stiffness=1.0, damping=1.0)
-    assert float(case[RINGING]) == pytest.approx(rig, rel=1e-9)
+    assert float(case["handle_ringing"]) == pytest.approx(rig, rel=1e-9)
     assert float(case["rebound_speed"]) == pytest.approx(
         float(np.linalg.norm(result.rebound_velocity)), rel=1e-9
     )
@@ -169,12 +167,6 @@ def test_ringing_of_a_cosine_is_its_amplitude_over_root_two():
     made = history(values, time, (time < 0.0045).astype(float))
     assert handle_ringing(made) == pytest.approx(300.0 / math.sqrt(2.0), rel=1e-4)
     assert math.isnan(handle_ringing(history(values, time, np.ones(len(time)))))
-
-
-def test_ringing_needs_the_histories(tmp_path):
-    sweep = make_sweep(Scenario(audit=False), {"point": [5]}, ["restitution"])
-    with pytest.raises(InputError, match="histories"):
-        add_ringing(xarray.Dataset(), sweep, tmp_path)
 
 
 @pytest.mark.parametrize("name", ["tension_and_power", "sweet_spots"])

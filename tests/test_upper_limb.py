@@ -405,6 +405,7 @@ def test_parameters_are_checked_before_anything_is_added():
 STUDY = Path(__file__).resolve().parents[1] / "studies" / "upper_limb.py"
 
 
+@pytest.mark.slow
 def test_study(tmp_path):
     command = [sys.executable, str(STUDY), "--out", str(tmp_path), "--mass", "80", "--side", "left"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)

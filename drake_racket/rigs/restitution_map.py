@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -37,21 +37,34 @@ def _peak_acceleration(result: ImpactResult) -> float:
     return result.peak_handle_acceleration
 
 
-def _ringing(result: ImpactResult) -> float:
-    """Root mean square over time from the last release to the end of the run."""
-    rest = _rest(result)
-    squared = rest["handle_acceleration"].sel(axis="z").to_numpy() ** 2
+def handle_ringing(history: xarray.Dataset) -> float:
+    """Root mean square (m/s^2) over time of mid-handle's acceleration along z after release.
+
+    With the racket in a hand it holds the racket's motion in the hand, too. NaN if the history ends
+    in contact.
+    """
+    rest = after_release(history)
     time = rest["time"].to_numpy()
+    if len(time) < 2 or not time[-1] > time[0]:
+        return float("nan")
+    squared = rest["handle_acceleration"].sel(axis="z").to_numpy() ** 2
     return float(np.sqrt(np.trapezoid(squared, time) / (time[-1] - time[0])))
 
 
-def _bending_angle(result: ImpactResult) -> float:
-    return float(np.abs(_rest(result)["out_of_plane_angle"]).max())
+def bending_after_release(history: xarray.Dataset) -> float:
+    """Largest out-of-plane angle (rad) after release; NaN if the history ends in contact."""
+    angle = after_release(history)["out_of_plane_angle"]
+    return float(np.abs(angle).max()) if angle.size else float("nan")
 
 
-def _rest(result: ImpactResult) -> Any:
+def _ringing(result: ImpactResult) -> float:
     assert result.history is not None
-    return after_release(result.history)
+    return handle_ringing(result.history)
+
+
+def _bending_angle(result: ImpactResult) -> float:
+    assert result.history is not None
+    return bending_after_release(result.history)
 
 
 VIBRATION = (

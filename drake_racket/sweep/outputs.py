@@ -13,6 +13,7 @@ import numpy as np
 from drake_racket.errors import InputError
 from drake_racket.result import ImpactResult
 from drake_racket.rigs.cases import USUAL, Output
+from drake_racket.rigs.restitution_map import VIBRATION
 from drake_racket.scenario import Scenario
 
 AUDIT, HAND, LIMB = "audit", "hand", "limb"
@@ -114,8 +115,8 @@ def _energies() -> list[SweepOutput]:
     ]
 
 
-def _plain(output: Output) -> SweepOutput:
-    return SweepOutput(output.name, output.units, output.long_name, output.read)
+def _plain(output: Output, *, needs_history: bool = False) -> SweepOutput:
+    return SweepOutput(output.name, output.units, output.long_name, output.read, needs_history)
 
 
 def _all() -> list[SweepOutput]:
@@ -141,12 +142,7 @@ def _all() -> list[SweepOutput]:
         *_vector("racket_angular_velocity", "rad/s", "angular velocity of the racket at the end"),
         _single("peak_in_plane_angle", "rad", "largest in-plane bending at the throat"),
         _single("peak_out_of_plane_angle", "rad", "largest out-of-plane bending at the throat"),
-        _single(
-            "peak_handle_acceleration",
-            "m/s^2",
-            "peak acceleration at mid-handle",
-            needs_history=True,
-        ),
+        *(_plain(output, needs_history=True) for output in VIBRATION),
         *_energies(),
         _single(
             "energy_error",

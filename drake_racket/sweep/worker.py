@@ -8,6 +8,7 @@ import math
 import threading
 import time
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drake_racket.errors import InputError, one_line
@@ -150,6 +151,6 @@ def _check_files(files: dict[str, str]) -> None:
         try:
             unchanged = file_hashes([name]) == {name: expected}
         except OSError as error:
-            raise DifferentWorker("worker: file", name, f"a file to read ({error})") from None
+            raise DifferentWorker("worker: file", Path(name), f"a file to read ({error})") from None
         if not unchanged:
-            raise DifferentWorker("worker: file", name, "the content it had at the start")
+            raise DifferentWorker("worker: file", Path(name), "the content it had at the start")
