@@ -47,7 +47,7 @@ def test_reaction_at_the_string_mass_is_a_couple_and_the_audit_says_so():
     assert any("couple" in warning for warning in result.warnings)
 
 
-@pytest.mark.parametrize("case", range(0, 12, 2))
+@pytest.mark.parametrize("case", range(6))
 def test_defaults_are_within_1e_4_of_the_converged_value(case):
     _check_defaults(BEDS[case % 4], SUPPORTS[case % 3], 1 + (5 * case) % 9)
 
