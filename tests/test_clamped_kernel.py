@@ -100,11 +100,11 @@ def test_equals_the_drake_rig():
 def test_equals_the_drake_rig_everywhere(bed):
     systems: dict = {}
     kinds = list(itertools.product(("velocity", "displacement"), (17.0, 73.0)))
-    for point in range(1, 10):
-        for speed in (18.0, 33.0):
-            compare_with_drake((*bed, point, speed, 0.0, 90.0, "velocity"), systems)
-        # the beds take turns, so that each point sees both readings and both angles
-        reading, angle = kinds[(point + BEDS.index(bed)) % 4]
+    for n, point in enumerate((1, 2, 4, 5, 7, 8)):  # the others are mirror images
+        # the beds take turns: each point sees both speeds, both readings and both angles
+        speed = (18.0, 33.0)[(n + BEDS.index(bed)) % 2]
+        compare_with_drake((*bed, point, speed, 0.0, 90.0, "velocity"), systems)
+        reading, angle = kinds[(n + BEDS.index(bed)) % 4]
         compare_with_drake((*bed, point, 31.0, angle, 60.0, reading), systems)
 
 
