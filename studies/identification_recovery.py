@@ -150,7 +150,12 @@ def annealing_table(evaluations: int) -> str:
     rows = []
     for name, options in (
         ("least squares, 1 start", Search(starts=1)),
+        ("least squares, 4 starts", Search(starts=4)),
         ("annealing", Search(method="annealing", evaluations=evaluations)),
+        (
+            "annealing, then least squares",
+            Search(method="annealing", evaluations=evaluations // 5, polish=True),
+        ),
     ):
         began = time.monotonic()
         fit = fit_string_bed(

@@ -256,7 +256,7 @@ def _locate(
     _step(y, h, touching, p, bed, ball, mass, w, new)
     at_high = _sign(kind, new, p, bed, ball, mass, w)
     scale = max(abs(at_low), abs(at_high))
-    middle = high
+    middle, side = high, 0
     for _ in range(60):
         middle = (low * at_high - high * at_low) / (at_high - at_low)
         _step(y, middle, touching, p, bed, ball, mass, w, new)
@@ -265,10 +265,14 @@ def _locate(
             break
         if (value > 0.0) == (at_high > 0.0):
             high, at_high = middle, value
-            at_low *= 0.5
+            if side == 1:  # the other end has stayed twice: it would stay for long
+                at_low *= 0.5
+            side = 1
         else:
             low, at_low = middle, value
-            at_high *= 0.5
+            if side == -1:
+                at_high *= 0.5
+            side = -1
     return middle
 
 

@@ -142,7 +142,7 @@ class _Batch:
         at_low, at_high = self.sign(kind, y), self.sign(kind, self.step(y, h, touching)[0])
         scale = np.maximum(np.abs(at_low), np.abs(at_high))
         found = np.zeros(len(y), dtype=bool)
-        middle = high.copy()
+        middle, side = high.copy(), np.zeros(len(y))
         for _ in range(60):
             trial = (low * at_high - high * at_low) / (at_high - at_low)
             middle = np.where(found, middle, trial)
@@ -153,9 +153,10 @@ class _Batch:
             right = (value > 0.0) == (at_high > 0.0)
             move_high, move_low = right & ~found, ~right & ~found
             high, at_high = np.where(move_high, middle, high), np.where(move_high, value, at_high)
-            at_low = np.where(move_high, 0.5 * at_low, at_low)
+            at_low = np.where(move_high & (side > 0.0), 0.5 * at_low, at_low)
             low, at_low = np.where(move_low, middle, low), np.where(move_low, value, at_low)
-            at_high = np.where(move_low, 0.5 * at_high, at_high)
+            at_high = np.where(move_low & (side < 0.0), 0.5 * at_high, at_high)
+            side = np.where(move_high, 1.0, np.where(move_low, -1.0, side))
         return middle
 
     def reach(self, y: Array) -> Array:
