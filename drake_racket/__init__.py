@@ -35,7 +35,7 @@ from drake_racket.racket import Racket, add_racket, find_racket, set_racket_iner
 from drake_racket.result import ImpactResult
 from drake_racket.scenario import IntegratorSettings, Scenario, load_scenario
 from drake_racket.simulate import SimulationError, configure_integrator, simulate
-from drake_racket.strings import StringBed, StringBed_
+from drake_racket.string_bed import StringBed, StringBed_
 from drake_racket.supports import add_supported_racket
 
 __all__ = [

@@ -4,10 +4,10 @@ By hand, on the user's own plant and builder::
 
     racket = add_racket(plant, load_racket("tour"), parent=hand_frame)
     ball = add_ball(plant, load_ball())
-    plant.Finalize()
     impact = add_impact(builder, plant, racket, ball)
 
-`add_impact` comes after `Finalize` because Drake declares the plant's ports there.
+`add_impact` may come before or after `plant.Finalize()`. Drake declares the plant's ports there, so
+that a plant which is not finalized yet is finalized by it: everything else must be on it by then.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ from drake_racket.contact_state import (
 from drake_racket.errors import InputError
 from drake_racket.parameters import BallParameters, RacketParameters
 from drake_racket.racket import Racket, string_bed_model, string_coordinates
-from drake_racket.strings import POINTS, StringBed
+from drake_racket.string_bed import StringBed
+from drake_racket.strings import POINTS
 
 
 @dataclass(frozen=True)
@@ -89,8 +90,9 @@ def add_impact(
 ) -> Impact:
     """Adds the string-bed of `racket`, and its contact with `ball`, to `builder`.
 
-    Call it once per racket after `plant.Finalize()`; a second ball on the same racket needs no
-    second string-bed: see `add_contact`.
+    Call it once per racket; a second ball on the same racket needs no second string-bed: see
+    `add_contact`. Finalizes the plant if that has not been done: models can be added to it, and its
+    gravity be set, only before.
 
     Args:
         point: string-bed point 1-9 that the ball meets, or 0 for the nearest at touch.
@@ -102,13 +104,15 @@ def add_impact(
             of force on the same ports, pass False and call `connect_forces` once.
 
     Raises:
-        InputError: the plant is not finalized or not in the builder, the racket is not strung, or
-            a choice is unknown.
+        InputError: the plant is not in the builder, racket or ball is not on the plant, the racket
+            is not strung, or a choice is unknown. Nothing is changed then.
 
     """
-    _check_plant(builder, plant, "add_impact")
+    _check_plant(builder, plant, "add_impact", racket, ball)
+    _check_choices(point, friction_reading, reaction_point)
     if not racket.string_joints:
         raise InputError("add_impact: racket", "an unstrung racket", "a strung racket")
+    _finalize(plant)
     name = name or plant.GetModelInstanceName(racket.model_instance)
     string_bed = builder.AddNamedSystem(
         f"{name}_string_bed",
@@ -144,14 +148,10 @@ def add_contact(
     reaction_point: str = "ball",
     name: str,
 ) -> Any:
-    """Adds one BallContact and connects its inputs; returns the system. Arguments: `add_impact`."""
-    _check_plant(builder, plant, "add_contact")
-    if point not in range(10):
-        raise InputError("point", point, "1 to 9, or 0 for the nearest at touch")
-    if friction_reading not in FRICTION_READINGS:
-        raise InputError("friction_reading", friction_reading, ", ".join(FRICTION_READINGS))
-    if reaction_point not in REACTION_POINTS:
-        raise InputError("reaction_point", reaction_point, ", ".join(REACTION_POINTS))
+    """Adds one BallContact and connects its inputs; returns the system. As `add_impact`."""
+    _check_plant(builder, plant, "add_contact", racket, ball)
+    _check_choices(point, friction_reading, reaction_point)
+    _finalize(plant)
     model = contact_model(
         racket.parameters, ball.parameters, point, friction_reading, reaction_point
     )
@@ -278,10 +278,26 @@ def set_impact_parameters(
     bushing.SetTorqueDampingConstants(context, [0.0, damping_y, damping_z])
 
 
-def _check_plant(builder: DiagramBuilder, plant: MultibodyPlant, key: str) -> None:
-    if not plant.is_finalized():
-        raise InputError(
-            f"{key}: plant", "not finalized", "a plant after Finalize() (its ports come with it)"
-        )
+def _check_plant(
+    builder: DiagramBuilder, plant: MultibodyPlant, key: str, racket: Racket, ball: Ball | None
+) -> None:
     if not any(system is plant for system in builder.GetSystems()):
         raise InputError(f"{key}: plant", "not in the builder", "a plant that the builder holds")
+    for name, part in (("racket", racket), ("ball", ball)):
+        if part is not None and part.plant is not plant:
+            raise InputError(f"{key}: {name}", f"a {name} of another plant", "one of this plant")
+
+
+def _check_choices(point: int, friction_reading: str, reaction_point: str) -> None:
+    if point not in range(10):
+        raise InputError("point", point, "1 to 9, or 0 for the nearest at touch")
+    if friction_reading not in FRICTION_READINGS:
+        raise InputError("friction_reading", friction_reading, ", ".join(FRICTION_READINGS))
+    if reaction_point not in REACTION_POINTS:
+        raise InputError("reaction_point", reaction_point, ", ".join(REACTION_POINTS))
+
+
+def _finalize(plant: MultibodyPlant) -> None:
+    """Drake declares a plant's ports in Finalize; nothing can be wired to it before."""
+    if not plant.is_finalized():
+        plant.Finalize()

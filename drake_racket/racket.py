@@ -21,10 +21,9 @@ from pydrake.systems.framework import Context
 from drake_racket.errors import InputError
 from drake_racket.parameters import RacketParameters
 from drake_racket.sdf_writer import part_inertia, racket_sdf, string_inertia
+from drake_racket.string_bed import StringBedModel, StringCoordinates
 from drake_racket.strings import (
     SPRING_NAMES,
-    StringBedModel,
-    StringCoordinates,
     rest_lengths,
     spring_formula,
 )

@@ -12,11 +12,8 @@ from pathlib import Path
 from drake_racket import write_figure, write_netcdf, write_table
 from drake_racket.errors import InputError, one_line_errors
 from drake_racket.files import check_directory
-from drake_racket.identify.identifiability import (
-    design_cases,
-    identifiability_dataset,
-    measurement_cases,
-)
+from drake_racket.identify.identifiability import identifiability_dataset
+from drake_racket.identify.identifiability_cases import design_cases, measurement_cases
 from drake_racket.identify.identifiability_measurements import Design, Errors
 from drake_racket.identify.identifiability_refits import profiles_dataset, refits_dataset
 from drake_racket.parameters import RACKETS, TENSIONS, load_ball, load_racket

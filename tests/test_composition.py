@@ -140,20 +140,43 @@ def test_shipped_sdf_through_the_users_parser():
     builder.Build()
 
 
+@pytest.mark.parametrize("finalized", [False, True])
+def test_add_impact_before_or_after_finalize(finalized):
+    """Two rackets, each with its impact, before anybody has called Finalize."""
+    builder = DiagramBuilder()
+    plant = builder.AddSystem(MultibodyPlant(0.0))
+    rackets = [dr.add_racket(plant, dr.load_racket(), name=name) for name in ("left", "right")]
+    balls = [dr.add_ball(plant, dr.load_ball(), name=f"{side}_ball") for side in ("left", "right")]
+    if finalized:
+        plant.Finalize()
+    impacts = [
+        dr.add_impact(builder, plant, racket, ball, connect=False)
+        for racket, ball in zip(rackets, balls, strict=True)
+    ]
+    dr.connect_forces(builder, plant, impacts)
+    diagram = builder.Build()
+    assert diagram.CreateDefaultContext().num_continuous_states() == 2 * (2 * 9 + 2 * 2 + 2 * 13)
+
+
 def test_wiring_mistakes_get_one_clear_line():
     builder = DiagramBuilder()
     plant = builder.AddSystem(MultibodyPlant(0.0))
     racket = dr.add_racket(plant, dr.load_racket())
     ball = dr.add_ball(plant, dr.load_ball())
-    with pytest.raises(dr.InputError, match="not finalized"):
-        dr.add_impact(builder, plant, racket, ball)
-    plant.Finalize()
+    other = MultibodyPlant(0.0)
+    strangers = dr.add_racket(other, dr.load_racket()), dr.add_ball(other, dr.load_ball())
+    with pytest.raises(dr.InputError, match="a racket of another plant"):
+        dr.add_impact(builder, plant, strangers[0], ball)
+    with pytest.raises(dr.InputError, match="a ball of another plant"):
+        dr.add_impact(builder, plant, racket, strangers[1])
     with pytest.raises(dr.InputError, match="not in the builder"):
         dr.add_impact(DiagramBuilder(), plant, racket, ball)
     with pytest.raises(dr.InputError, match="point"):
         dr.add_impact(builder, plant, racket, ball, point=10)
     with pytest.raises(dr.InputError, match="friction_reading"):
         dr.add_impact(builder, plant, racket, ball, friction_reading="sticky")
+    assert not plant.is_finalized()  # refused: nothing changed
+    assert len(builder.GetSystems()) == 1
     dr.add_impact(builder, plant, racket, ball)
     with pytest.raises(dr.InputError, match="connected already"):
         dr.add_impact(builder, plant, racket, ball, name="again")

@@ -15,14 +15,12 @@ from hypothesis import strategies as st
 from drake_racket.errors import InputError
 from drake_racket.identify.clamped import bed_parameters, make_bed
 from drake_racket.identify.identifiability import (
-    Case,
     analyse,
-    design_cases,
     identifiability_dataset,
     information,
-    measurement_cases,
     rim_pairs,
 )
+from drake_racket.identify.identifiability_cases import Case, design_cases, measurement_cases
 from drake_racket.identify.identifiability_measurements import (
     QUANTITIES,
     Design,

@@ -45,7 +45,15 @@ def oracle() -> RestitutionTable:
     values = [simulate(clamped_problem("tour", "high", p, v)).rebound_speed / v for p, v in rows]
     points, speeds = (np.array(column) for column in zip(*rows, strict=True))
     count = np.ones(len(rows), dtype=np.int64)
-    return RestitutionTable(points, speeds, np.array(values), None, count, "oracle", "0" * 64)
+    return RestitutionTable(
+        points=points,
+        speeds=speeds,
+        restitution=np.array(values),
+        sigma=None,
+        repeats=count,
+        where="oracle",
+        sha256="0" * 64,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +119,15 @@ def test_error_of_a_ratio_of_speeds() -> None:
     rng = np.random.default_rng(0)
     v, w = 20.0 + 0.1 * rng.standard_normal(200_000), 16.0 + 0.1 * rng.standard_normal(200_000)
     one = np.array([5])
-    table = RestitutionTable(one, np.array([20.0]), np.array([0.8]), None, one, "", "")
+    table = RestitutionTable(
+        points=one,
+        speeds=np.array([20.0]),
+        restitution=np.array([0.8]),
+        sigma=None,
+        repeats=one,
+        where="",
+        sha256="",
+    )
     sigma = table.with_speed_sigma(0.1).sigma
     assert sigma is not None
     assert sigma[0] == pytest.approx(np.std(w / v) / np.sqrt(5.0), rel=0.01)

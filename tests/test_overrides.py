@@ -27,7 +27,8 @@ from drake_racket.quantities import sourced_fields
 from drake_racket.racket import string_bed_model
 from drake_racket.rigs.cases import REBOUND_SPEED, run_grid
 from drake_racket.scenario import changed, parse_scenario
-from drake_racket.strings import SPRING_NAMES, spring_constants
+from drake_racket.string_bed import spring_constants
+from drake_racket.strings import SPRING_NAMES
 from tests.conftest import clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 

@@ -12,10 +12,10 @@ from pydrake.multibody.tree import LinearSpringDamper
 
 from drake_racket import Scenario, load_racket, make_impact_diagram
 from drake_racket.racket import add_racket
+from drake_racket.string_bed import StringBed
 from drake_racket.strings import (
     POINTS,
     SPRINGS,
-    StringBed,
     dissipated_power,
     generalized_forces,
     stored_energy,

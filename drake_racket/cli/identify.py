@@ -8,6 +8,27 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drake_racket.cli import identify_bench
+from drake_racket.cli.identify_options import (
+    Ball,
+    Begin,
+    Evaluations,
+    Fresh,
+    KeepRepeats,
+    Method,
+    Name,
+    Out,
+    Polish,
+    Profiles,
+    Racket,
+    Rescale,
+    Seed,
+    Select,
+    SpeedSigma,
+    Starts,
+    Table,
+    Tension,
+    Workers,
+)
 from drake_racket.cli.identify_run import names, numbers, pairs, prepare, running, show, today
 from drake_racket.errors import InputError
 
@@ -22,36 +43,6 @@ app = typer.Typer(
 )
 for command in (identify_bench.ball, identify_bench.frame):
     app.command()(command)
-
-Out = Annotated[Path, typer.Option(help="Directory for parameter file, result and report.")]
-Table = Annotated[Path, typer.Argument(metavar="FILE", help="The measurements (CSV).")]
-Racket = Annotated[
-    str, typer.Option(help="tour, recreational, or a parameter file: what is not fitted.")
-]
-Tension = Annotated[str, typer.Option(help="low, high, or a stringing tension in N.")]
-Ball = Annotated[str, typer.Option(help="penn_titanium, or a ball's parameter file.")]
-Name = Annotated[str | None, typer.Option(help="Name in the parameter file written.")]
-Begin = Annotated[
-    list[str] | None, typer.Option("--start", help="NAME=VALUE to begin at (again and again).")
-]
-Select = Annotated[
-    list[str] | None, typer.Option(help="COLUMN=TEXT: take these rows (again and again).")
-]
-KeepRepeats = Annotated[
-    bool, typer.Option("--keep-repeats", help="Fit each shot, not the mean of a setting's.")
-]
-Rescale = Annotated[
-    bool, typer.Option("--rescale", help="Scale the standard deviations by the residuals.")
-]
-Method = Annotated[str, typer.Option(help="least-squares or annealing.")]
-Starts = Annotated[int, typer.Option(help="Starts of least squares.")]
-Seed = Annotated[int, typer.Option(help="Of starts and annealing.")]
-Workers = Annotated[int, typer.Option(help="Processes that share the starts.")]
-Evaluations = Annotated[int, typer.Option(help="Of an annealing run, at most.")]
-Polish = Annotated[bool, typer.Option("--polish", help="Finish an annealing run by least squares.")]
-Fresh = Annotated[
-    bool, typer.Option("--fresh", help="Begin anew, whatever an interrupted fit left in OUT.")
-]
 
 
 @app.command()
@@ -70,13 +61,9 @@ def strings(
     ] = 10.0,
     select: Select = None,
     keep_repeats: KeepRepeats = False,
-    speed_sigma: Annotated[
-        float | None, typer.Option(help="Standard deviation of a measured speed, m/s.")
-    ] = None,
+    speed_sigma: SpeedSigma = None,
     rescale: Rescale = False,
-    profiles: Annotated[
-        bool, typer.Option("--profiles", help="Intervals from likelihood profiles (slow).")
-    ] = False,
+    profiles: Profiles = False,
     method: Method = "least-squares",
     starts: Starts = 4,
     seed: Seed = 0,
@@ -128,9 +115,7 @@ def tension(
     start: Annotated[float | None, typer.Option(help="T0 to begin at, N.")] = None,
     select: Select = None,
     keep_repeats: KeepRepeats = False,
-    speed_sigma: Annotated[
-        float | None, typer.Option(help="Standard deviation of a measured speed, m/s.")
-    ] = None,
+    speed_sigma: SpeedSigma = None,
     rescale: Rescale = False,
     starts: Starts = 4,
     seed: Seed = 0,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from drake_racket.cli.identify_options import Ball, Name, Out, Racket, Seed, Starts, Tension
 from drake_racket.cli.identify_run import running, show, today
 from drake_racket.errors import InputError
 
@@ -15,10 +16,8 @@ def ball(
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="Table of force records and speeds (CSV).")
     ],
-    out: Annotated[Path, typer.Option(help="Directory for parameter file, result and report.")],
-    ball: Annotated[
-        str, typer.Option(help="penn_titanium, or a ball's parameter file: what is not fitted.")
-    ] = "penn_titanium",
+    out: Out,
+    ball: Ball = "penn_titanium",
     mass: Annotated[
         float | None, typer.Option(help="Of the balls, kg, where the table has none.")
     ] = None,
@@ -30,9 +29,9 @@ def ball(
     ] = 1.0,
     speed_low: Annotated[float | None, typer.Option(help="Lowest speed of the law, m/s.")] = None,
     speed_high: Annotated[float | None, typer.Option(help="Highest speed, m/s.")] = None,
-    starts: Annotated[int, typer.Option(help="Starts of least squares at each speed.")] = 1,
-    seed: Annotated[int, typer.Option(help="Of the starts.")] = 0,
-    name: Annotated[str | None, typer.Option(help="Name in the parameter file written.")] = None,
+    starts: Starts = 1,
+    seed: Seed = 0,
+    name: Name = None,
 ) -> None:
     """Stiffness and damping of the ball over speed, from force histories on a force plate."""
     from drake_racket.files import check_directory
@@ -60,26 +59,24 @@ def ball(
 
 
 def frame(
-    out: Annotated[Path, typer.Option(help="Directory for parameter file, result and report.")],
+    out: Out,
     in_plane: Annotated[
         list[Path] | None, typer.Option(help="A strike in the plane (CSV; again and again).")
     ] = None,
     out_of_plane: Annotated[
         list[Path] | None, typer.Option(help="A strike out of the plane (CSV; again and again).")
     ] = None,
-    racket: Annotated[
-        str, typer.Option(help="tour, recreational, or a parameter file: what is not fitted.")
-    ] = "tour",
-    tension: Annotated[str, typer.Option(help="low, high, or a stringing tension in N.")] = "low",
+    racket: Racket = "tour",
+    tension: Tension = "low",
     place: Annotated[
         float | None, typer.Option(help="Of hammer and accelerometer, m from the butt.")
     ] = None,
     drake_passes: Annotated[
         int, typer.Option(help="Corrections by Drake's racket; 0: linear model only.")
     ] = 2,
-    starts: Annotated[int, typer.Option(help="Starts of least squares.")] = 1,
-    seed: Annotated[int, typer.Option(help="Of the starts.")] = 0,
-    name: Annotated[str | None, typer.Option(help="Name in the parameter file written.")] = None,
+    starts: Starts = 1,
+    seed: Seed = 0,
+    name: Name = None,
 ) -> None:
     """Stiffness and damping of the frame's joint, from hammer force and acceleration."""
     from drake_racket.files import check_directory

@@ -16,52 +16,39 @@ or `stroke` and `angle_reading` in place of speed, incidence and azimuth, as the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_racket.errors import InputError
 from drake_racket.identify.csv_table import CsvTable
+from drake_racket.identify.impact_table import SETTING_WIDTH, Array, ImpactTable
 from drake_racket.identify.table_rows import (
     MOST_ROWS,
-    SETTING_WIDTH,
-    Array,
     Select,
     check_duplicates,
     read_points,
     read_sigma,
     read_speeds,
     selected,
-    settings,
 )
 from drake_racket.rigs.head_clamped import ANGLE_READINGS, STROKES, stroke_axis
 
 
-@dataclass(frozen=True)
-class AngleTable:
-    """Oblique impacts on the clamped head, m rows.
+@dataclass(frozen=True, kw_only=True)
+class AngleTable(ImpactTable):
+    """Oblique impacts (`impact_table.ImpactTable`).
 
     Attributes:
-        points: (m,) 1-9.
-        speeds: (m,) m/s.  incidence, azimuth: (m,) degrees.
+        incidence, azimuth: (m,) degrees.
         angle: (m,) degrees, of rebound from the normal.
-        sigma: (m,) degrees; None: not known.
-        repeats, where, sha256, warnings: as in `tables.RestitutionTable`.
 
     """
 
-    points: NDArray[np.int64]
-    speeds: Array
     incidence: Array
     azimuth: Array
     angle: Array
-    sigma: Array | None
-    repeats: NDArray[np.int64]
-    where: str
-    sha256: str
-    warnings: tuple[str, ...] = ()
 
     @property
     def velocities(self) -> Array:
@@ -71,19 +58,6 @@ class AngleTable:
         z = -self.speeds * np.cos(slant)
         return np.stack([across * np.cos(around), across * np.sin(around), z], axis=1)
 
-    def rows(self, chosen: NDArray[np.bool_], sigma: Array) -> AngleTable:
-        """The chosen rows (m,), with the standard deviations `sigma` (m,) in place of their own."""
-        return replace(
-            self,
-            points=self.points[chosen],
-            speeds=self.speeds[chosen],
-            incidence=self.incidence[chosen],
-            azimuth=self.azimuth[chosen],
-            angle=self.angle[chosen],
-            sigma=sigma[chosen],
-            repeats=self.repeats[chosen],
-        )
-
     def averaged(self, width: float = SETTING_WIDTH) -> AngleTable:
         """Shots at one point, direction and setting as one row, with the mean's standard error.
 
@@ -91,29 +65,7 @@ class AngleTable:
         """
         place = np.stack([self.points, self.incidence, self.azimuth], axis=1)
         kind = np.unique(place, axis=0, return_inverse=True)[1].ravel()
-        groups = settings(kind, self.speeds, width)
-        if len(groups) == len(self.points):
-            return self
-        mean = np.array([self.angle[g].mean() for g in groups])
-        if self.sigma is not None:
-            sigma = np.array([np.sqrt(np.sum(self.sigma[g] ** 2)) / len(g) for g in groups])
-        else:
-            inside = sum(
-                float(np.sum((self.angle[g] - a) ** 2)) for g, a in zip(groups, mean, strict=True)
-            )
-            s = np.sqrt(inside / (len(self.points) - len(groups)))
-            sigma = s / np.sqrt([len(g) for g in groups])
-        first = [g[0] for g in groups]
-        return replace(
-            self,
-            points=self.points[first],
-            speeds=np.array([self.speeds[g].mean() for g in groups]),
-            incidence=self.incidence[first],
-            azimuth=self.azimuth[first],
-            angle=mean,
-            sigma=sigma if (sigma > 0.0).all() else None,
-            repeats=np.array([self.repeats[g].sum() for g in groups]),
-        )
+        return self._means(kind, "angle", np.ones(len(kind)), width)
 
 
 def read_angles(path: Path, *, select: Select | None = None) -> AngleTable:

@@ -1,6 +1,6 @@
 """Batches of impacts on string-beds whose head is clamped: the fast rig under the fits.
 
-`clamped_kernel` has the equations. It is not a second model: the force laws are those of the
+`clamped_ode` has the equations. It is not a second model: the force laws are those of the
 Drake systems, and a test ties a batch to the Drake rig (`rigs.head_clamped`).
 """
 
@@ -20,7 +20,8 @@ from drake_racket.identify import clamped_kernel, clamped_numpy
 from drake_racket.identify.clamped_kernel import ENDED, OUTPUTS, TOUCHES
 from drake_racket.parameters import BallParameters, RacketParameters
 from drake_racket.racket import string_bed_model
-from drake_racket.strings import INCIDENCE, StringBedModel, spring_constants
+from drake_racket.string_bed import StringBedModel, spring_constants
+from drake_racket.strings import INCIDENCE
 
 Array = NDArray[np.float64]
 

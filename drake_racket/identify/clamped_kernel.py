@@ -1,16 +1,13 @@
 """One normal or oblique impact on a string-bed whose head is clamped, as compiled loops.
 
-The same laws as the Drake systems (`strings.spring_law`, `contact.contact_law`) in an ODE of 24
-states: heights z and rates of the nine string masses, position and velocity of the ball, both in
-the head. Touch is at t = 0. A step is Runge-Kutta of order 4; release, a second touch and the
-peaks are placed inside a step by root finding. The run ends when the ball is out of reach: the
-energy E left in the bed cannot lift the struck mass above sqrt(2 E / K), K its static stiffness
-without the springs' k, which only adds.
+`clamped_ode` has the equations, made of the laws of the Drake systems. Touch is at t = 0. A step is
+Runge-Kutta of order 4; release, a second touch and the peaks are placed inside a step by root
+finding. The run ends when the ball is out of reach: the energy E left in the bed cannot lift the
+struck mass above sqrt(2 E / K), K its static stiffness without the springs' k, which only adds.
 
-Sensitivities s = dy/dtheta follow s' = (df/dy) s + df/dtheta through the same Runge-Kutta steps:
-they are the exact derivatives of the computed states at a fixed time. Where the force jumps (a
-second touch at t_e) s jumps by (f_before - f_after) dt_e/dtheta. At release the force is 0 on both
-sides.
+Sensitivities s = dy/dtheta go through the same Runge-Kutta steps: they are the exact derivatives of
+the computed states at a fixed time. Where the force jumps (a second touch at t_e) s jumps by
+(f_before - f_after) dt_e/dtheta. At release the force is 0 on both sides.
 """
 
 from __future__ import annotations
@@ -22,8 +19,10 @@ import numpy as np
 
 from drake_racket import contact, strings
 from drake_racket.compiled import compilable, compiled, parallel_range, sources_stamp
-from drake_racket.contact import contact_law, contact_partials
-from drake_racket.strings import SPRINGS, spring_energy, spring_law, spring_partials
+from drake_racket.contact import contact_law
+from drake_racket.identify import clamped_ode
+from drake_racket.identify.clamped_ode import force_by_theta, rates, relative, tangent_rates
+from drake_racket.strings import FIRST, SECOND, spring_energy
 
 OUTPUTS = ("v_x", "v_y", "v_z", "contact_time", "peak_normal_force", "peak_deflection")
 """Rebound velocity (m/s, in the head), first touch to last release (s), N, m (struck mass)."""
@@ -34,132 +33,7 @@ TOUCHES, ENDED = 6, 7
 LONGEST = 0.03
 """s; contacts take 3 to 6 ms."""
 
-FIRST = np.array([i - 1 for i, _ in SPRINGS.values()])
-SECOND = np.array([j - 1 for _, j in SPRINGS.values()])  # -1 for the rim
-
 RELEASE, GAP, TURN, CREST = range(4)
-
-
-@compilable
-def _relative(y: Any, p: int) -> Any:
-    """p_SQ and v_SQ in the head."""
-    return (y[18], y[19], y[20] - y[p]), (y[21], y[22], y[23] - y[9 + p])
-
-
-@compilable
-def _heights(y: Any, g: Any) -> None:
-    """Height dz and rate of the 24 springs into the rows 0 and 1 of g (7, 24)."""
-    for r in range(24):
-        i, j = FIRST[r], SECOND[r]
-        dz, rate = y[i], y[9 + i]
-        if j >= 0:
-            dz -= y[j]
-            rate -= y[9 + j]
-        g[0, r], g[1, r] = dz, rate
-
-
-@compilable
-def _rates(y: Any, touching: bool, p: int, bed: Any, ball: Any, mass: Any, g: Any, f: Any) -> None:
-    """Rates y' into f. `mass`: of the ball, of a string mass; `ball`: contact_law's constants."""
-    _heights(y, g)
-    per_mass = 1.0 / mass[1]
-    for r in range(24):  # no scatter here: this loop becomes vector instructions
-        slope, tension = spring_law(g[0, r], g[1, r], bed[0, r], bed[1, r], bed[2, r], bed[3, r])
-        g[2, r] = tension * slope * per_mass
-    for i in range(9):
-        f[i] = y[9 + i]
-        f[9 + i] = 0.0
-    for r in range(24):
-        f[9 + FIRST[r]] -= g[2, r]
-        if SECOND[r] >= 0:
-            f[9 + SECOND[r]] += g[2, r]
-    f[18], f[19], f[20] = y[21], y[22], y[23]
-    f[21] = f[22] = f[23] = 0.0
-    if touching:
-        at, moving = _relative(y, p)
-        # raw, not N: the stages of the step that ends at the release may look past it
-        fx, fy, _, raw = contact_law(at, moving, ball)
-        f[21], f[22], f[23] = fx / mass[0], fy / mass[0], raw / mass[0]
-        f[9 + p] -= raw * per_mass
-
-
-@compilable
-def _by_theta(y: Any, s: Any, a: int, p: int, ball: Any, by_ball: Any) -> Any:
-    """d(kb x + cb x')/dtheta_a."""
-    at, moving = _relative(y, p)
-    return (
-        -ball[0] * (s[20, a] - s[p, a])
-        - ball[1] * (s[23, a] - s[9 + p, a])
-        - at[2] * by_ball[0, a]
-        - moving[2] * by_ball[1, a]
-    )
-
-
-@compilable
-def _tangent_rates(
-    y: Any,
-    s: Any,
-    touching: bool,
-    p: int,
-    bed: Any,
-    ball: Any,
-    mass: Any,
-    by_bed: Any,
-    by_ball: Any,
-    g: Any,
-    f: Any,
-) -> None:
-    """Rates s' into f, (24, n). `by_bed` (4, 24, n), `by_ball` (3, n): d constants/dtheta."""
-    count = s.shape[1]
-    for i in range(9):
-        for a in range(count):
-            f[i, a] = s[9 + i, a]
-            f[9 + i, a] = 0.0
-    _heights(y, g)
-    per_mass = 1.0 / mass[1]
-    for r in range(24):
-        _, by_dz, by_rate, by_k, by_slack, by_length2, by_c = spring_partials(
-            g[0, r], g[1, r], bed[0, r], bed[1, r], bed[2, r], bed[3, r]
-        )
-        g[2, r], g[3, r], g[4, r] = by_k, by_slack, by_length2
-        g[0, r], g[1, r], g[5, r] = by_dz, by_rate, by_c
-    for r in range(24):
-        i, j = FIRST[r], SECOND[r]
-        for a in range(count):
-            d_dz, d_rate = s[i, a], s[9 + i, a]
-            if j >= 0:
-                d_dz -= s[j, a]
-                d_rate -= s[9 + j, a]
-            pull = per_mass * (
-                g[0, r] * d_dz
-                + g[1, r] * d_rate
-                + g[2, r] * by_bed[0, r, a]
-                + g[3, r] * by_bed[1, r, a]
-                + g[4, r] * by_bed[2, r, a]
-                + g[5, r] * by_bed[3, r, a]
-            )
-            f[9 + i, a] -= pull
-            if j >= 0:
-                f[9 + j, a] += pull
-    for a in range(count):
-        for i in range(3):
-            f[18 + i, a] = s[21 + i, a]
-            f[21 + i, a] = 0.0
-    if not touching:
-        return
-    at, moving = _relative(y, p)
-    _, _, normal, ux, uy, ex, ey, share = contact_partials(at, moving, ball)
-    for a in range(count):
-        dn = _by_theta(y, s, a, p, ball, by_ball)
-        dtx, dty = s[21, a], s[22, a]
-        if ball[6] > 0.5:
-            dtx, dty = s[18, a], s[19, a]
-        along = ex * dtx + ey * dty
-        d_mu = normal * by_ball[2, a]
-        f[21, a] = (ux * dn - ex * d_mu - share * (dtx - ex * along)) / mass[0]
-        f[22, a] = (uy * dn - ey * d_mu - share * (dty - ey * along)) / mass[0]
-        f[23, a] = dn / mass[0]
-        f[9 + p, a] -= dn * per_mass
 
 
 @compilable
@@ -175,7 +49,7 @@ def _step(
         part = h if stage == 3 else 0.5 * h
         for i in range(24):
             w[4 + stage, i] = y[i] + part * w[stage - 1, i]
-        _rates(w[4 + stage], touching, p, bed, ball, mass, w[8:], w[stage])
+        rates(w[4 + stage], touching, p, bed, ball, mass, w[8:], w[stage])
     for i in range(24):
         new[i] = y[i] + h / 6.0 * (w[0, i] + 2.0 * w[1, i] + 2.0 * w[2, i] + w[3, i])
 
@@ -203,7 +77,7 @@ def _tangent_step(
             total[i, a] = 0.0
             stage_s[i, a] = s[i, a]
     for stage in range(4):
-        _tangent_rates(
+        tangent_rates(
             w[4 + stage], stage_s, touching, p, bed, ball, mass, by_bed, by_ball, w[8:], slope
         )
         weight = 1.0 if stage in (0, 3) else 2.0
@@ -226,14 +100,14 @@ def _force_rate(y: Any, f: Any, p: int, ball: Any) -> Any:
 @compilable
 def _sign(kind: int, y: Any, p: int, bed: Any, ball: Any, mass: Any, w: Any) -> Any:
     """What is zero at an event: raw normal force, gap, rate of the struck mass, rate of N."""
-    at, moving = _relative(y, p)
+    at, moving = relative(y, p)
     if kind == RELEASE:
         return contact_law(at, moving, ball)[3]
     if kind == GAP:
         return at[2]
     if kind == TURN:
         return y[9 + p]
-    _rates(y, True, p, bed, ball, mass, w[8:], w[1])
+    rates(y, True, p, bed, ball, mass, w[8:], w[1])
     return _force_rate(y, w[1], p, ball)
 
 
@@ -295,7 +169,7 @@ def _enter_peak(
     kind: int, y: Any, s: Any, p: int, ball: Any, by_ball: Any, out: Any, jacobian: Any
 ) -> None:
     """Enters the struck mass's deflection or the normal force, if it is the largest so far."""
-    at, moving = _relative(y, p)
+    at, moving = relative(y, p)
     row = 5 if kind == TURN else 4
     size = -y[p] if kind == TURN else contact_law(at, moving, ball)[2]
     if size <= out[row]:
@@ -305,7 +179,7 @@ def _enter_peak(
         if kind == TURN:
             jacobian[row, a] = -s[p, a]
         else:
-            jacobian[row, a] = _by_theta(y, s, a, p, ball, by_ball)
+            jacobian[row, a] = force_by_theta(y, s, a, p, ball, by_ball)
 
 
 @compilable
@@ -332,13 +206,13 @@ def _impact(
         jacobian[4, a] = -velocity[2] * by_ball[1, a]
         jacobian[5, a] = 0.0
     touching, behind, touches, t = True, False, 1, 0.0
-    _rates(y, touching, p, bed, ball, mass, w[8:], w[0])
+    rates(y, touching, p, bed, ball, mass, w[8:], w[0])
     crest = _force_rate(y, w[0], p, ball)
     while t < LONGEST:
         _step(y, h, touching, p, bed, ball, mass, w, new)
         if touching:
             # peaks lie inside the step; they do not change its course
-            _rates(new, True, p, bed, ball, mass, w[8:], f)
+            rates(new, True, p, bed, ball, mass, w[8:], f)
             rate = _force_rate(new, f, p, ball)
             for kind in (TURN, CREST):
                 turned = y[9 + p] < 0.0 <= new[9 + p] if kind == TURN else crest > 0.0 >= rate
@@ -363,21 +237,21 @@ def _impact(
             y[i] = new[i]
             for a in range(count):
                 s[i, a] = s_new[i, a]
-        at, moving = _relative(y, p)
+        at, moving = relative(y, p)
         released, touched = event and touching, event and not touching
         if released or not (event or touching):
-            _rates(y, False, p, bed, ball, mass, w[8:], f)
+            rates(y, False, p, bed, ball, mass, w[8:], f)
         if released:
             touching, behind = False, at[2] < 0.0
-            _rates(y, True, p, bed, ball, mass, w[8:], w[0])
+            rates(y, True, p, bed, ball, mass, w[8:], w[0])
             rate = _force_rate(y, w[0], p, ball)
             out[3] = t
             for a in range(count):
-                jacobian[3, a] = -_by_theta(y, s, a, p, ball, by_ball) / rate
+                jacobian[3, a] = -force_by_theta(y, s, a, p, ball, by_ball) / rate
         elif touched:
             touching, touches = True, touches + 1
-            _rates(y, False, p, bed, ball, mass, w[8:], w[0])
-            _rates(y, True, p, bed, ball, mass, w[8:], f)
+            rates(y, False, p, bed, ball, mass, w[8:], w[0])
+            rates(y, True, p, bed, ball, mass, w[8:], f)
             for a in range(count):
                 dt = -(s[20, a] - s[p, a]) / moving[2]
                 for i in range(24):
@@ -433,4 +307,4 @@ def _batch(stamp: int) -> Any:
     return compiled(run_batch, parallel=True, error_model="numpy")
 
 
-run_batch = _batch(sources_stamp(strings, contact))
+run_batch = _batch(sources_stamp(strings, contact, clamped_ode))

@@ -21,7 +21,9 @@ RANK_TOLERANCE = 1e-6
 """Relative singular value, the columns of J of unit length, below which: undetermined."""
 _NO_EFFECT = 1e-12  # relative length of a column (bounds' width times derivative) likewise
 _PARTICIPATION = 1e-3  # a parameter's part in an undetermined direction that makes it undetermined
-_ROUNDING = 1e-9  # of the way between the bounds: a step as short as this is none
+_ROUNDING = 1e-9
+"""Of the way between the bounds: a step as short as this is none. Nor is any where the residuals
+are this small beside what the parameters change between their bounds: data without noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,8 @@ def uncertainty(
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.abs(free_covariance @ gradient)
         away = step / np.sqrt(np.diag(free_covariance) * factor)
-    steps[free] = np.where(np.isfinite(away) & (step > _ROUNDING), away, 0.0)
+    if np.linalg.norm(weighted) > _ROUNDING * np.linalg.norm(scaled):
+        steps[free] = np.where(np.isfinite(away) & (step > _ROUNDING), away, 0.0)
     return Uncertainty(
         covariance=covariance,
         intervals=np.stack([x - half, x + half], axis=1),

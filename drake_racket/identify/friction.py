@@ -24,12 +24,12 @@ from drake_racket.compiled import HAS_NUMBA
 from drake_racket.errors import InputError
 from drake_racket.identify.angle_table import AngleTable
 from drake_racket.identify.clamped import Bed, Impacts, Outcome, make_bed, make_impacts, run
-from drake_racket.identify.estimate import Estimate
 from drake_racket.identify.intervals import profile_interval
 from drake_racket.identify.least_squares import Progress, fit
 from drake_racket.identify.problem import Parameter
 from drake_racket.identify.result import FitResult
 from drake_racket.identify.search import Search, estimates, fingerprint, loose, search, short_title
+from drake_racket.identify.table_fit import TableFit
 from drake_racket.identify.table_rows import beyond
 from drake_racket.parameters import BallParameters, RacketParameters
 
@@ -78,6 +78,11 @@ class FrictionProblem:
         """(m,) of the table."""
         return self.table.sigma
 
+    @property
+    def measured(self) -> Array:
+        """(m,) degrees, of rebound."""
+        return self.table.angle
+
     @cached_property
     def _column(self) -> NDArray[np.int64]:
         """(m,) number of the parameter of each row."""
@@ -121,7 +126,7 @@ class FrictionProblem:
             return np.full(len(self.table.points), np.nan)
         outcome, impacts = self.outcome(x, derivatives=False)
         angle = np.degrees(outcome.rebound_angle(impacts)[0])
-        return np.where(outcome.ended, angle - self.table.angle, np.nan)
+        return np.where(outcome.ended, angle - self.measured, np.nan)
 
     def jacobian(self, x: Array) -> Array:
         """(m, n) degrees; 0 where the ball has stopped sliding to rounding.
@@ -141,65 +146,26 @@ class FrictionProblem:
         return fingerprint(self.racket, self.ball, arrays, settings)
 
 
-@dataclass(frozen=True, eq=False)
-class FrictionFit:
-    """Fitted coefficients of friction.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FrictionFit(TableFit[FrictionProblem]):
+    """Fitted coefficients of friction; its RMS is in degrees.
 
     Attributes:
-        problem: what was fitted.  result: how it went.
-        estimates: value, standard error and 95 % interval by name.
-        profiled: whether the intervals are those of the likelihood profile.
         sliding: (m,) whether the ball still slides when it leaves, by the fitted model.
         sensitivity: by name: degrees of rebound angle per 0.01 of mu, root mean square.
-        warnings: one line each.
 
     """
 
-    problem: FrictionProblem
-    result: FitResult
-    estimates: dict[str, Estimate]
-    profiled: bool
     sliding: NDArray[np.bool_]
     sensitivity: dict[str, float]
-    warnings: tuple[str, ...]
-
-    @property
-    def rms(self) -> float:
-        """Degrees."""
-        return self.result.rms
-
-    @property
-    def modelled(self) -> Array:
-        """(m,) degrees."""
-        return self.problem.table.angle + self.result.residuals
-
-    def rms_by(self, key: str) -> dict[float, float]:
-        """RMS (degrees) of the rows of each `point`, or of each `speed` (m/s, rounded)."""
-        table = self.problem.table
-        keys = table.points if key == "point" else np.round(table.speeds)
-        return {
-            float(k): float(np.sqrt(np.mean(self.result.residuals[keys == k] ** 2)))
-            for k in np.unique(keys)
-        }
 
     def to_dataset(self) -> xarray.Dataset:
         """The result with measured and modelled angles over `measurement`."""
         table = self.problem.table
-        found = self.result.to_dataset(
-            {
-                "point": (table.points.tolist(), "1"),
-                "approach_speed": (table.speeds, "m/s"),
-                "incidence": (table.incidence, "deg"),
-                "azimuth": (table.azimuth, "deg"),
-                "repeats": (table.repeats.tolist(), "1"),
-            }
-        )
-        for name, values in (("measured", table.angle), ("modelled", self.modelled)):
-            text = {"units": "deg", "long_name": f"{name} rebound angle from the normal"}
-            found[f"rebound_angle_{name}"] = ("measurement", values, text)
+        labels = {"incidence": (table.incidence, "deg"), "azimuth": (table.azimuth, "deg")}
+        found = self._dataset("rebound_angle", "rebound angle from the normal", labels)
         text = {"units": "1", "long_name": "1 where the ball slides until it leaves"}
         found["sliding"] = ("measurement", self.sliding.astype(int), text)
-        found["confidence_interval"][:] = [e.interval for e in self.estimates.values()]
         return found
 
 
@@ -287,7 +253,7 @@ def _interval(problem: FrictionProblem, result: FitResult, i: int) -> tuple[floa
         at = parameter.start
     part = replace(
         problem,
-        table=table.rows(own, sigma),
+        table=replace(table.rows(own), sigma=sigma[own]),
         parameters=(replace(parameter, start=at),),
     )
     return profile_interval(part, fit(part, starts=1), parameter.name)

@@ -15,7 +15,8 @@ import numpy as np
 
 from drake_racket.errors import InputError
 from drake_racket.identify.clamped import Array, bed_parameters
-from drake_racket.identify.identifiability import Case, analyse
+from drake_racket.identify.identifiability import analyse
+from drake_racket.identify.identifiability_cases import Case
 from drake_racket.identify.identifiability_measurements import Block, measure
 from drake_racket.identify.intervals import profile
 from drake_racket.identify.least_squares import fit

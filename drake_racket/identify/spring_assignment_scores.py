@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from drake_racket import contact, strings
 from drake_racket.compiled import sources_stamp
 from drake_racket.files import write_netcdf
-from drake_racket.identify import clamped_kernel
+from drake_racket.identify import clamped_kernel, clamped_ode
 from drake_racket.identify.clamped import Bed, Impacts, make_impacts, run
 from drake_racket.identify.spring_assignment import (
     RIM,
@@ -38,7 +38,8 @@ from drake_racket.parameters import (
 )
 from drake_racket.quantities import Quantity
 from drake_racket.racket import string_bed_model
-from drake_racket.strings import POINTS, SPRINGS, StringBedModel, spring_constants
+from drake_racket.string_bed import StringBedModel, spring_constants
+from drake_racket.strings import POINTS, SPRINGS
 
 Array = NDArray[np.float64]
 
@@ -198,7 +199,7 @@ def _part(model: _Model, some: Sequence[SpringAssignment], parts: Path | None) -
         model.impacts.velocities,
         model.impacts.balls,
         np.array([model.impacts.ball_mass, STEP, *(bed.mass for bed in beds[: len(BEDS)])]),
-        np.array([sources_stamp(strings, contact, clamped_kernel)]),
+        np.array([sources_stamp(strings, contact, clamped_ode, clamped_kernel)]),
     ):
         digest.update(array.tobytes())
     path = parts / f"part_{digest.hexdigest()[:24]}.nc"

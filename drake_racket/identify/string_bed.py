@@ -30,12 +30,11 @@ from drake_racket.identify.clamped import (
     make_impacts,
     run,
 )
-from drake_racket.identify.estimate import Estimate
 from drake_racket.identify.intervals import profile_interval
 from drake_racket.identify.least_squares import Progress
 from drake_racket.identify.problem import Parameter
-from drake_racket.identify.result import FitResult
 from drake_racket.identify.search import Search, estimates, fingerprint, loose, search, short_title
+from drake_racket.identify.table_fit import TableFit
 from drake_racket.identify.table_rows import beyond
 from drake_racket.identify.tables import RestitutionTable
 from drake_racket.parameters import BallParameters, RacketParameters
@@ -77,6 +76,11 @@ class StringBedProblem:
         """(m,) of the table."""
         return self.table.sigma
 
+    @property
+    def measured(self) -> Array:
+        """(m,) restitution."""
+        return self.table.restitution
+
     @cached_property
     def _impacts(self) -> tuple[Impacts, Impacts]:
         """Without and with room for derivatives."""
@@ -102,7 +106,7 @@ class StringBedProblem:
         impacts = self._impacts[0]
         outcome = run([make_bed(self.racket, self.bed_values(x))], impacts, step=self.step)
         modelled = np.where(outcome.ended, outcome.restitution(impacts)[0], np.nan)
-        return np.asarray(modelled - self.table.restitution)
+        return np.asarray(modelled - self.measured)
 
     def jacobian(self, x: Array) -> Array:
         """(m, n)."""
@@ -121,58 +125,13 @@ class StringBedProblem:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class StringBedFit:
-    """A fitted string-bed.
-
-    Attributes:
-        problem: what was fitted.  result: how it went.
-        estimates: value, standard error and 95 % interval by name.
-        profiled: whether the intervals are those of the likelihood profile.
-        warnings: one line each; the table's first.
-
-    """
-
-    problem: StringBedProblem
-    result: FitResult
-    estimates: dict[str, Estimate]
-    profiled: bool
-    warnings: tuple[str, ...]
-
-    @property
-    def rms(self) -> float:
-        """Root mean square difference of restitution, the paper's measure (0.01 is 1 %)."""
-        return self.result.rms
-
-    @property
-    def modelled(self) -> Array:
-        """(m,) restitution of the fitted model."""
-        return self.problem.table.restitution + self.result.residuals
-
-    def rms_by(self, key: str) -> dict[float, float]:
-        """RMS of the rows of each `point`, or of each `speed` (m/s, rounded)."""
-        table = self.problem.table
-        keys = table.points if key == "point" else np.round(table.speeds)
-        return {
-            float(k): float(np.sqrt(np.mean(self.result.residuals[keys == k] ** 2)))
-            for k in np.unique(keys)
-        }
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StringBedFit(TableFit[StringBedProblem]):
+    """A fitted string-bed; its RMS of 0.01 is the paper's 1 %."""
 
     def to_dataset(self) -> xarray.Dataset:
         """The result with measured and modelled restitution over `measurement`."""
-        table = self.problem.table
-        found = self.result.to_dataset(
-            {
-                "point": (table.points.tolist(), "1"),
-                "approach_speed": (table.speeds, "m/s"),
-                "repeats": (table.repeats.tolist(), "1"),
-            }
-        )
-        for name, values in (("measured", table.restitution), ("modelled", self.modelled)):
-            text = {"units": "1", "long_name": f"{name} restitution"}
-            found[f"restitution_{name}"] = ("measurement", values, text)
-        found["confidence_interval"][:] = [e.interval for e in self.estimates.values()]
-        return found
+        return self._dataset("restitution", "restitution")
 
 
 def free_parameters(
@@ -258,7 +217,13 @@ def fit_string_bed(
     found = estimates(result, intervals)
     warnings = [*table.warnings, *beyond(table.speeds, ball), *result.warnings]
     warnings += loose(found)
-    return StringBedFit(problem, result, found, profiled, tuple(dict.fromkeys(warnings)))
+    return StringBedFit(
+        problem=problem,
+        result=result,
+        estimates=found,
+        profiled=profiled,
+        warnings=tuple(dict.fromkeys(warnings)),
+    )
 
 
 def fit_tension(

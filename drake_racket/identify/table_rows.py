@@ -1,4 +1,4 @@
-"""What tables of normal and of oblique impacts share: rows, columns, and what is refused."""
+"""Columns that tables of normal and of oblique impacts share, and what is refused of them."""
 
 from __future__ import annotations
 
@@ -16,10 +16,6 @@ Array: TypeAlias = NDArray[np.float64]
 Select: TypeAlias = Mapping[str, str]
 
 SPEEDS = 1.0, 100.0  # m/s
-SETTING_WIDTH = 1.5
-"""m/s: shots at a point no further than this above the slowest of them are of one setting. Glynn et
-al. 2011 set the cannon 3 m/s apart, to within 0.5 m/s."""
-
 MOST_ROWS = 20_000
 BEYOND = 1.5  # m/s outside the ball's range that need no warning
 
@@ -83,18 +79,6 @@ def check_duplicates(table: CsvTable, key: Array, names: str) -> None:
             text = f"the {names} of row {table.lines[seen[row]]}"
             raise InputError(f"{table.where}: row {table.lines[i]}", text, allowed)
         seen[row] = i
-
-
-def settings(kind: NDArray[np.int64], speeds: Array, width: float) -> list[list[int]]:
-    """Rows of one kind whose speeds lie within `width` of the slowest of them, in order."""
-    groups: list[list[int]] = []
-    for i in np.lexsort((speeds, kind)):
-        last = groups[-1][0] if groups else -1
-        if groups and kind[i] == kind[last] and speeds[i] <= speeds[last] + width:
-            groups[-1].append(int(i))
-        else:
-            groups.append([int(i)])
-    return groups
 
 
 def beyond(normal_speeds: Array, ball: BallParameters) -> list[str]:

@@ -22,46 +22,31 @@ from numpy.typing import NDArray
 
 from drake_racket.errors import InputError
 from drake_racket.identify.csv_table import CsvTable
+from drake_racket.identify.impact_table import SETTING_WIDTH, Array, ImpactTable
 from drake_racket.identify.table_rows import (
     MOST_ROWS,
-    SETTING_WIDTH,
-    Array,
     Select,
     check_duplicates,
     read_points,
     read_sigma,
     read_speeds,
     selected,
-    settings,
 )
 
 TOLERANCE = 0.02
 """Restitution and rebound over approach speed of one row may differ by this."""
 
 
-@dataclass(frozen=True)
-class RestitutionTable:
-    """Normal impacts on the clamped head, m rows.
+@dataclass(frozen=True, kw_only=True)
+class RestitutionTable(ImpactTable):
+    """Normal impacts (`impact_table.ImpactTable`).
 
     Attributes:
-        points: (m,) 1-9.
-        speeds: (m,) m/s, of approach.
         restitution: (m,).
-        sigma: (m,) standard deviation of each restitution; None: not known.
-        repeats: (m,) shots that a row is the mean of.
-        where, sha256: the file, and the hash of its bytes.
-        warnings: one line each.
 
     """
 
-    points: NDArray[np.int64]
-    speeds: Array
     restitution: Array
-    sigma: Array | None
-    repeats: NDArray[np.int64]
-    where: str
-    sha256: str
-    warnings: tuple[str, ...] = ()
 
     def averaged(self, width: float = SETTING_WIDTH) -> RestitutionTable:
         """Shots at one point and setting as one row: the mean, with its standard error.
@@ -71,32 +56,10 @@ class RestitutionTable:
         standard deviations, a mean's comes from these. Without repeats the table stays as it is.
 
         Args:
-            width: m/s; see SETTING_WIDTH.
+            width: m/s; see `impact_table.SETTING_WIDTH`.
 
         """
-        groups = settings(self.points, self.speeds, width)
-        if len(groups) == len(self.points):
-            return self
-        mean = np.array([self.restitution[g].mean() for g in groups])
-        speed = np.array([self.speeds[g].mean() for g in groups])
-        shots = np.array([self.repeats[g].sum() for g in groups])
-        if self.sigma is not None:
-            sigma = np.array([np.sqrt(np.sum(self.sigma[g] ** 2)) / len(g) for g in groups])
-        else:
-            inside = sum(
-                float(np.sum((self.speeds[g] * (self.restitution[g] - e)) ** 2))
-                for g, e in zip(groups, mean, strict=True)
-            )
-            s = np.sqrt(inside / (len(self.points) - len(groups)))
-            sigma = s / speed / np.sqrt([len(g) for g in groups])
-        return replace(
-            self,
-            points=np.array([self.points[g[0]] for g in groups]),
-            speeds=speed,
-            restitution=mean,
-            sigma=sigma if (sigma > 0.0).all() else None,
-            repeats=shots,
-        )
+        return self._means(self.points, "restitution", self.speeds, width)
 
     def with_speed_sigma(self, sigma: float) -> RestitutionTable:
         """The same with each restitution's error from that of its two speeds.

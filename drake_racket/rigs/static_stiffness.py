@@ -21,7 +21,8 @@ from scipy.optimize import root
 from drake_racket.errors import InputError
 from drake_racket.parameters import RACKETS, TENSIONS, RacketParameters, load_racket
 from drake_racket.racket import string_bed_model
-from drake_racket.strings import INCIDENCE, generalized_forces, spring_constants
+from drake_racket.string_bed import spring_constants
+from drake_racket.strings import INCIDENCE, generalized_forces
 
 if TYPE_CHECKING:
     import xarray
