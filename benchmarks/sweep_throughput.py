@@ -1,12 +1,14 @@
 """1,000 impacts of the free racket by one process, two, and a local Dask cluster; memory by case.
 
-    python benchmarks/sweep_throughput.py                 # 1,000 cases, a quarter of an hour
-    python benchmarks/sweep_throughput.py --after 0.01    # without the ringing, five minutes
+    python benchmarks/sweep_throughput.py                 # 1,000 cases, three quarters of an hour
+    python benchmarks/sweep_throughput.py --after 0.01    # without the ringing, a quarter of one
 
-Two halves of the cases run in each of the three ways, the second half in reverse order, so that
-what else the machine does meets all of them. The times are of whole sweeps: checking the cases,
-starting processes (the Dask workers are there before), and writing the results. Memory is that of
-the process that simulates, read after every case of the first half, when it works alone.
+The cases are 20 sweeps, each run in all three ways in turns, since the speed of shared cores
+wanders by more than what is to be compared. Two measures: the time of whole sweeps (checking the
+cases, starting processes, writing the results; the Dask workers are up before), summed; and the
+rate of finishing cases from the third one on, which is without all that: its median over the
+sweeps, and ratios of medians with a bootstrapped 95 % interval. Memory is that of the process that
+simulates, read after every case of the way with one.
 """
 
 from __future__ import annotations
@@ -27,10 +29,12 @@ from numpy.typing import NDArray
 from drake_racket import Scenario
 from drake_racket.sweep import Progress, Sweep, make_sweep, run_sweep
 
-HALVES = 2
+SWEEPS = 20
+FIRST = 2  # cases finished when a rate begins: both workers have had one
+WAYS = ("1 process", "2 processes", "Dask, 2 workers")
 
 
-def half(cases: int, number: int, after: float) -> Sweep:
+def part(cases: int, number: int, after: float) -> Sweep:
     """A Latin hypercube over what users vary; `number` is its seed."""
     bounds = {
         "speed": (18.0, 33.0, "m/s"),
@@ -52,62 +56,112 @@ def resident() -> float:
     return pages * 4096 / 1e6
 
 
+class Clock:
+    """Times a sweep: as a whole, and the rate at which cases finish. Reads memory if asked."""
+
+    def __init__(self, memory: list[float] | None = None) -> None:
+        self.memory = memory
+        self.done: list[tuple[int, float]] = []
+        self.start = perf_counter()
+
+    def __call__(self, progress: Progress) -> None:
+        """Takes note of a sweep's progress."""
+        if progress.phase != "running" or progress.done == 0:
+            return
+        self.done.append((progress.done, perf_counter()))
+        if self.memory is not None:
+            self.memory.append(resident())
+
+    def seconds(self) -> float:
+        """Since the sweep was started."""
+        return perf_counter() - self.start
+
+    def rate(self) -> float:
+        """Cases per second from case FIRST on."""
+        counted = [entry for entry in self.done if entry[0] >= FIRST]
+        (first, begin), (last, end) = counted[0], counted[-1]
+        return (last - first) / (end - begin)
+
+
 def main() -> None:
     formatter = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--after", type=float, default=0.05, help="s simulated from touch on")
     arguments = parser.parse_args()
-    size = max(2, arguments.cases // HALVES)
+    size = max(6, arguments.cases // SWEEPS)
     memory: list[float] = []
-
-    def remember(progress: Progress) -> None:
-        if progress.phase == "running" and len(memory) < size:
-            memory.append(resident())
-
+    seconds = {name: np.zeros(SWEEPS) for name in WAYS}
+    rates = {name: np.zeros(SWEEPS) for name in WAYS}
+    equal = True
     with ExitStack() as stack:
         options = {"processes": True, "threads_per_worker": 1, "dashboard_address": None}
         cluster = stack.enter_context(LocalCluster(n_workers=2, **options))
         client = stack.enter_context(Client(cluster, set_as_default=False))
-        ways: dict[str, Callable[[Sweep, Path], xarray.Dataset]] = {
-            "1 process": lambda sweep, out: run_sweep(sweep, out, progress=remember),
-            "2 processes": lambda sweep, out: run_sweep(sweep, out, workers=2),
-            "Dask, 2 workers": lambda sweep, out: run_sweep(sweep, out, scheduler=client),
-        }
+        ways: dict[str, Callable[[Sweep, Path, Clock], xarray.Dataset]] = dict(
+            zip(
+                WAYS,
+                (
+                    lambda sweep, out, clock: run_sweep(sweep, out, progress=clock),
+                    lambda sweep, out, clock: run_sweep(sweep, out, workers=2, progress=clock),
+                    lambda sweep, out, clock: run_sweep(
+                        sweep, out, scheduler=client, progress=clock
+                    ),
+                ),
+                strict=True,
+            )
+        )
         for run in ways.values():  # imports and compilation, once
             with tempfile.TemporaryDirectory() as out:
-                run(half(8, 10_000, arguments.after), Path(out))
-        memory.clear()
-        seconds = dict.fromkeys(ways, 0.0)
-        equal = True
-        for number in range(HALVES):
-            sweep, results = half(size, number, arguments.after), []
-            for name in list(ways) if number == 0 else reversed(ways):
+                run(part(8, 10_000, arguments.after), Path(out), Clock())
+        for number in range(SWEEPS):
+            sweep, results = part(size, number, arguments.after), []
+            for name in np.roll(WAYS, number).tolist():
                 with tempfile.TemporaryDirectory() as out:
-                    start = perf_counter()
-                    results.append(ways[name](sweep, Path(out)))
-                    seconds[name] += perf_counter() - start
+                    clock = Clock(memory if name == WAYS[0] else None)
+                    results.append(ways[name](sweep, Path(out), clock))
+                    seconds[name][number], rates[name][number] = clock.seconds(), clock.rate()
             equal &= all(result.identical(results[0]) for result in results)
-    report(seconds, size * HALVES, np.array(memory), equal)
+    report(seconds, rates, size * SWEEPS, np.array(memory), equal)
 
 
-def report(seconds: dict[str, float], cases: int, memory: NDArray[np.float64], equal: bool) -> None:
+def ratio(rates: NDArray[np.float64], to: NDArray[np.float64]) -> str:
+    """Ratio of medians over the sweeps, with its bootstrapped 95 % interval."""
+    drawn = np.random.default_rng(0).integers(SWEEPS, size=(10_000, SWEEPS))
+    ratios = np.median(rates[drawn], axis=1) / np.median(to[drawn], axis=1)
+    low, high = np.percentile(ratios, [2.5, 97.5])
+    return f"{np.median(rates) / np.median(to):.2f} ({low:.2f} to {high:.2f})"
+
+
+def report(
+    seconds: dict[str, NDArray[np.float64]],
+    rates: dict[str, NDArray[np.float64]],
+    cases: int,
+    memory: NDArray[np.float64],
+    equal: bool,
+) -> None:
     """Prints the tables."""
     print(versions("distributed"))
-    alone = seconds["1 process"]
+    alone, own, dask = WAYS
     rows = [
-        [name, f"{taken:.1f} s", f"{cases / taken:.2f}", f"{alone / taken:.2f}x"]
-        for name, taken in seconds.items()
+        [
+            name,
+            f"{seconds[name].sum():.1f} s",
+            f"{seconds[alone].sum() / seconds[name].sum():.2f}x",
+            f"{np.median(rates[name]):.2f}",
+            ratio(rates[name], rates[alone]),
+        ]
+        for name in WAYS
     ]
-    print(table(["way", f"{cases} cases", "cases/s", "speed-up"], rows))
-    overhead = seconds["Dask, 2 workers"] / seconds["2 processes"] - 1.0
-    print(f"Dask against 2 processes: {100 * overhead:+.1f} %")
+    header = ["way", f"{cases} cases, whole", "speed-up", "running, cases/s", "speed-up"]
+    print(table(header, rows))
+    print(f"Dask over 2 processes, running: {ratio(rates[dask], rates[own])}")
     print(f"results bit-equal: {equal}")
     start = min(100, len(memory) // 2)
     growth = memory[start:].max() / memory[start] - 1.0
     print(
-        f"memory: {memory[0]:.0f} MB before, {memory[start]:.0f} MB after {start} cases, then up to"
-        f" {100 * growth:+.1f} % over {len(memory) - 1 - start} more"
+        f"memory: {memory[0]:.0f} MB after the first case, {memory[start]:.0f} MB after {start},"
+        f" then up to {100 * growth:+.1f} % over {len(memory) - 1 - start} more"
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -26,6 +26,7 @@ from drake_racket.cli.identify_options import (
     SpeedSigma,
     Starts,
     Table,
+    Temperature,
     Tension,
     Workers,
 )
@@ -68,7 +69,8 @@ def strings(
     starts: Starts = 4,
     seed: Seed = 0,
     workers: Workers = 1,
-    evaluations: Evaluations = 5000,
+    evaluations: Evaluations = 20_000,
+    temperature: Temperature = 500.0,
     polish: Polish = False,
     name: Name = None,
     fresh: Fresh = False,
@@ -81,7 +83,16 @@ def strings(
     from drake_racket.identify.string_bed import fit_string_bed
     from drake_racket.parameters import load_ball, load_racket
 
-    options = _options(method, starts, seed, workers, evaluations, polish, rescale)
+    options = _options(
+        method=method,
+        starts=starts,
+        seed=seed,
+        workers=workers,
+        evaluations=evaluations,
+        temperature=temperature,
+        polish=polish,
+        rescale=rescale,
+    )
     table = _restitution(file, select, keep_repeats, speed_sigma)
     known = load_racket(racket, tension), load_ball(ball)
     wanted, first = names(free), numbers(begin, "--start")
@@ -130,7 +141,7 @@ def tension(
 
     if strung_at is not None and not 50.0 <= strung_at <= 600.0:
         raise InputError("--strung-at", strung_at, "50 to 600 N")
-    options = _options("least-squares", starts, seed, workers, 1, False, rescale)
+    options = _options(starts=starts, seed=seed, workers=workers, rescale=rescale)
     table = _restitution(file, select, keep_repeats, speed_sigma)
     known = load_racket(racket, tension), load_ball(ball)
     journal = prepare(out, fresh)
@@ -161,6 +172,7 @@ def friction(
     seed: Seed = 0,
     workers: Workers = 1,
     evaluations: Evaluations = 2000,
+    temperature: Temperature = 500.0,
     polish: Polish = False,
     name: Name = None,
     fresh: Fresh = False,
@@ -170,7 +182,16 @@ def friction(
     from drake_racket.identify.outputs import write_friction
     from drake_racket.parameters import load_ball, load_racket
 
-    options = _options(method, starts, seed, workers, evaluations, polish, rescale)
+    options = _options(
+        method=method,
+        starts=starts,
+        seed=seed,
+        workers=workers,
+        evaluations=evaluations,
+        temperature=temperature,
+        polish=polish,
+        rescale=rescale,
+    )
     table = _angles(file, select, keep_repeats)
     known = load_racket(racket, tension), load_ball(ball)
     first = numbers(begin, "--start")
@@ -189,34 +210,18 @@ def friction(
     show(fit.estimates, f"{fit.rms:.4g} deg", fit.warnings, paths)
 
 
-def _options(
-    method: str,
-    starts: int,
-    seed: int,
-    workers: int,
-    evaluations: int,
-    polish: bool,
-    rescale: bool,
-) -> Search:
+def _options(**options: Any) -> Search:
+    """The options of a search, checked under the names that they have on the command line."""
+    from drake_racket.identify.annealing import check_temperature
     from drake_racket.identify.problem import check_count
     from drake_racket.identify.search import Search
 
-    for key, value, least in (
-        ("--starts", starts, 1),
-        ("--seed", seed, 0),
-        ("--workers", workers, 1),
-        ("--evaluations", evaluations, 1),
-    ):
-        check_count(key, value, least)
-    return Search(
-        method=method,
-        starts=starts,
-        seed=seed,
-        workers=workers,
-        evaluations=evaluations,
-        polish=polish,
-        rescale=rescale,
-    )
+    for key, least in (("starts", 1), ("seed", 0), ("workers", 1), ("evaluations", 1)):
+        if key in options:
+            check_count(f"--{key}", options[key], least)
+    if "temperature" in options:
+        check_temperature("--temperature", options["temperature"])
+    return Search(**options)
 
 
 def _restitution(

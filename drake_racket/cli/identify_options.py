@@ -38,6 +38,7 @@ Starts = Annotated[int, typer.Option(help="Starts of least squares.")]
 Seed = Annotated[int, typer.Option(help="Of starts and annealing.")]
 Workers = Annotated[int, typer.Option(help="Processes that share the starts.")]
 Evaluations = Annotated[int, typer.Option(help="Of an annealing run, at most.")]
+Temperature = Annotated[float, typer.Option(help="At which an annealing run begins.")]
 Polish = Annotated[bool, typer.Option("--polish", help="Finish an annealing run by least squares.")]
 Fresh = Annotated[
     bool, typer.Option("--fresh", help="Begin anew, whatever an interrupted fit left in OUT.")

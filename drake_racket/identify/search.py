@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.errors import InputError
-from drake_racket.identify.annealing import anneal
+from drake_racket.identify.annealing import TEMPERATURE, anneal
 from drake_racket.identify.estimate import Estimate
 from drake_racket.identify.least_squares import Progress, fit
 from drake_racket.identify.problem import Problem
@@ -31,6 +31,7 @@ class Search:
         starts, workers: of least squares.
         seed: of the starts, or of the annealing.
         evaluations: of an annealing run, at most.
+        temperature: at which an annealing run begins; see `annealing.anneal`.
         polish: finish an annealing run by least squares.
         rescale: take standard deviations as relative, and scale them by the residuals.
         tolerance: relative change of the sum of squares at which least squares stops. In flat
@@ -45,7 +46,8 @@ class Search:
     starts: int = 4
     seed: int = 0
     workers: int = 1
-    evaluations: int = 5000
+    evaluations: int = 20_000
+    temperature: float = TEMPERATURE
     polish: bool = False
     rescale: bool = False
     tolerance: float = 1e-9
@@ -80,6 +82,7 @@ def _search(
             problem,
             seed=options.seed,
             max_evaluations=options.evaluations,
+            temperature=options.temperature,
             journal=journal,
             progress=progress,
             polish=options.polish,
