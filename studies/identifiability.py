@@ -3,11 +3,14 @@
     python studies/identifiability.py --out identifiability
 
 Prints a table per bed; leaves NetCDF, CSV and figures. `--profiles` and `--refits` check the linear
-answer on one bed and take many minutes each.
+answer, on the beds chosen and on one, and take many minutes for each bed.
 """
 
 import argparse
+from itertools import product
 from pathlib import Path
+
+import xarray
 
 from drake_racket import write_figure, write_netcdf, write_table
 from drake_racket.errors import InputError, one_line_errors
@@ -46,7 +49,7 @@ def main() -> None:
     parser.add_argument("--refits", type=int, default=0, metavar="N", help="0: none; usual: 40")
     parser.add_argument("--seed", type=int, default=0, help="of the refits' noise")
     parser.add_argument("--check", nargs="+", default=list(CHECKED), help="of profiles and refits")
-    parser.add_argument("--bed", nargs=2, default=["tour", "low"], help="of profiles and refits")
+    parser.add_argument("--bed", nargs=2, default=["tour", "low"], help="of the refits")
     options = parser.parse_args()
     check_directory(options.out, "--out")
     errors = Errors(**{key: getattr(options, f"error_{key}") for key in vars(usual)})
@@ -74,8 +77,19 @@ def main() -> None:
 
     if options.profiles is not None:
         names = options.profiles or ["T0", "k4", "k2", "p6", "p2"]
-        curves = profiles_dataset(
-            racket, ball, checked, names, points=options.profile_points, progress=print
+        curves = xarray.concat(
+            [
+                profiles_dataset(
+                    load_racket(*bed),
+                    ball,
+                    checked,
+                    names,
+                    points=options.profile_points,
+                    progress=lambda text, bed=bed: print(f"{' '.join(bed)}: {text}", flush=True),
+                )
+                for bed in product(options.rackets, options.tensions)
+            ],
+            dim="bed",
         )
         write_netcdf(curves, options.out / "profiles.nc")
         picture = figures.profiles_figure(curves)

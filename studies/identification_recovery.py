@@ -46,6 +46,9 @@ TITLES = {
     "frame_out_of_plane": "Frame out of plane (tour), three strikes",
 }
 
+WIDE, NARROW = 10.0, 3.0
+ANNEALINGS = 3  # seeds
+
 RMS_UNITS = {"friction": "deg", "ball": "N", "frame": "m/s^2"}
 
 
@@ -147,30 +150,35 @@ def annealing_table(evaluations: int) -> str:
     racket, ball = load_racket(), load_ball()
     made = restitution_table(racket, ball, np.random.default_rng(0))
     table = recovery.measured_restitution(made).averaged()
-    rows = []
-    for name, options in (
-        ("least squares, 1 start", Search(starts=1)),
-        ("least squares, 4 starts", Search(starts=4)),
-        ("annealing", Search(method="annealing", evaluations=evaluations)),
-        (
-            "annealing, then least squares",
-            Search(method="annealing", evaluations=evaluations // 5, polish=True),
+    annealing = {"method": "annealing", "evaluations": evaluations}
+    runs = [
+        ("least squares, 1 start", WIDE, Search(starts=1)),
+        ("least squares, 4 starts", WIDE, Search(starts=4)),
+        ("least squares, 1 start", NARROW, Search(starts=1)),
+        *(
+            (f"annealing, seed {seed}", NARROW, Search(seed=seed, **annealing))
+            for seed in range(ANNEALINGS)
         ),
-    ):
+        ("annealing, seed 0, then least squares", NARROW, Search(polish=True, **annealing)),
+        ("annealing, seed 0, then least squares", WIDE, Search(polish=True, **annealing)),
+    ]
+    rows = []
+    for name, span, options in runs:
         began = time.monotonic()
-        fit = fit_string_bed(
-            table, racket, ball, start={"T0": 500.0, "k3": 3e5, "k4": 4e5}, options=options
-        )
+        start = {"T0": 500.0, "k3": 3e5, "k4": 4e5}
+        fit = fit_string_bed(table, racket, ball, start=start, span=span, options=options)
         rows.append(
             (
                 name,
+                f"{span:g}",
                 f"{100.0 * fit.rms:.4f}",
                 f"{min(r.cost for r in fit.result.convergence):.3f}",
                 str(fit.result.evaluations),
                 f"{time.monotonic() - began:.1f}",
             )
         )
-    header = ("method", "RMS (%)", "chi squared", "evaluations", "seconds")
+        print("; ".join(rows[-1]), file=sys.stderr, flush=True)
+    header = ("method", "bounds: start / and x", "RMS (%)", "chi squared", "evaluations", "seconds")
     return markdown_table(header, rows)
 
 
@@ -189,7 +197,9 @@ def main() -> None:
     parser.add_argument("--frame-repeats", type=int, default=10)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
     parser.add_argument("--tensions", type=float, nargs="*", default=[200.0, 250.0, 300.0, 350.0])
-    parser.add_argument("--evaluations", type=int, default=0, help="of annealing; 0: none")
+    parser.add_argument(
+        "--evaluations", type=int, default=0, help="of annealing; 0: none, usual: 20000"
+    )
     parser.add_argument("--exact", action="store_true", help="data without noise, four beds")
     options = parser.parse_args()
     check_directory(options.out, "--out")

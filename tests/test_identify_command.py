@@ -92,6 +92,8 @@ REFUSED = {
     "method": (["strings", "--method", "luck"], "method: got 'luck'"),
     "starts": (["strings", "--starts", "0"], "--starts: got 0"),
     "polish": (["strings", "--polish"], "polish"),
+    "evaluations": (["strings", "--evaluations", "0"], "--evaluations: got 0"),
+    "temperature": (["strings", "--temperature", "nan"], "--temperature: got nan"),
     "racket": (["strings", "--racket", "wooden"], "racket: got 'wooden'"),
     "ball": (["strings", "--ball", "none.yaml"], "none.yaml"),
     "select": (["strings", "--select", "tension=low"], "column tension"),

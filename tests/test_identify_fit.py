@@ -28,6 +28,7 @@ from drake_racket.errors import InputError
 from drake_racket.files import write_netcdf
 from drake_racket.identify import journal as journal_module
 from drake_racket.identify.annealing import anneal
+from drake_racket.identify.covariance import uncertainty
 from drake_racket.identify.intervals import profile, profile_interval
 from drake_racket.identify.journal import Journal
 from drake_racket.identify.least_squares import fit
@@ -255,6 +256,18 @@ def test_data_without_noise_give_no_doubt() -> None:
     np.testing.assert_allclose(result.estimates, TRUE, rtol=1e-9)
     assert result.rms < 1e-10
     assert not any("standard errors away" in text for text in result.warnings)
+
+
+def test_rounding_of_residuals_is_no_step_from_the_minimum() -> None:
+    """Nearly parallel columns make a step of rounding; the same step of real residuals counts."""
+    design = np.stack([T, T + 1e-4 * T**2], axis=1)
+    problem = Linear(design, design @ np.array([9.0, 8.0]))
+    weakest = np.linalg.svd(design, full_matrices=False)[0][:, -1]
+    for size, doubt in ((1e-11, False), (1e-3, True)):
+        off = size * weakest
+        at_bounds = np.zeros(2, dtype=bool)
+        found = uncertainty(problem.parameters, TRUE[:2], off, design, None, at_bounds)
+        assert bool(found.steps_away.max() > 0.1) == doubt
 
 
 def test_interval_as_wide_as_the_bounds_is_pointed_out() -> None:

@@ -115,8 +115,8 @@ def profiles_dataset(
         progress: called with case and parameter before each profile.
 
     Returns:
-        A Dataset over (case, parameter, step): ratio to the true value; chi2 above its minimum;
-        chi2_linear, (ln ratio / standard error)^2.
+        A Dataset over (case, parameter, step), with the bed's title as coordinate: ratio to the
+        true value; chi2 above its minimum; chi2_linear, (ln ratio / standard error)^2.
 
     Raises:
         InputError: an unknown parameter, fewer than 3 points, or a ball that is not held.
@@ -152,6 +152,7 @@ def profiles_dataset(
             "chi2_linear": (over, linear, {"units": "1", "long_name": "the same, linearised"}),
         },
         coords={
+            "bed": ((), racket.title, _plain("string-bed")),
             "case": ("case", [c.name for c in cases], _plain("measurements")),
             "parameter": ("parameter", list(names), _plain("parameter that is held")),
             "step": ("step", np.arange(points), _plain("number of the point")),

@@ -10,6 +10,7 @@ from drake_racket.plots.style import BED_STYLES, BLUE, GREY, VERMILION, new_figu
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _WORST = 10.0  # relative error at which the colours end
@@ -121,38 +122,47 @@ def profiles_figure(dataset: xarray.Dataset) -> Figure:
     """Likelihood profiles over the ratio to the true value, with their linear approximation.
 
     Args:
-        dataset: from `identify.identifiability_refits.profiles_dataset`.
+        dataset: from `identify.identifiability_refits.profiles_dataset`, or several of them along
+            `bed`: a row of panels each.
 
     """
-    names = dataset["parameter"].to_numpy()
-    figure = new_figure(2.2 * len(names) + 0.6, 3.2)
-    panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
-    for axes, name in zip(panels, names, strict=True):
-        shown = dataset.sel(parameter=name)
-        for colour, case in zip((BLUE, VERMILION), dataset["case"].to_numpy(), strict=False):
-            one = shown.sel(case=case)
-            ratio = one["ratio"].to_numpy()
-            error = np.max(np.abs(np.log(ratio))) / np.sqrt(float(one["chi2_linear"].max()))
-            at = np.geomspace(ratio[0], ratio[-1], 101)
-            axes.plot(at, (np.log(at) / error) ** 2, color=colour, ls=":", lw=1.2)
-            label = str(case) if name == names[0] else None
-            axes.plot(ratio, one["chi2"], color=colour, marker="o", ms=3.5, lw=1.4, label=label)
-        axes.axhline(1.96**2, color=GREY, lw=0.8, ls="--")
-        axes.set(xscale="log", ylim=(-0.2, 8.0), xlabel=f"{name} / true value")
-        span = np.exp(np.max(np.abs(np.log(shown["ratio"].to_numpy()))))
-        ticks = [0.2, 0.5, 1.0, 2.0, 5.0] if span > 2.0 else [0.8, 0.9, 1.0, 1.1, 1.2]
-        ticks = [t for t in ticks if 0.98 / span <= t <= 1.02 * span]
-        axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
-        axes.minorticks_off()
-        tidy(axes)
-    panels[0].set_ylabel("χ² above its minimum")
-    panels[-1].annotate(
-        "95 %", (1.0, 1.96**2), xycoords=("axes fraction", "data"), ha="right", va="bottom",
-        color=GREY,
-    )  # fmt: skip
-    panels[0].plot([], [], color="black", ls=":", label="linear")
+    if "bed" not in dataset.dims:
+        dataset = dataset.expand_dims("bed")
+    names, beds = dataset["parameter"].to_numpy(), dataset["bed"].to_numpy()
+    figure = new_figure(2.2 * len(names) + 0.6, 2.3 * len(beds) + 0.8)
+    panels = figure.subplots(len(beds), len(names), squeeze=False, sharey=True)
+    for row, bed in zip(panels, beds, strict=True):
+        for axes, name in zip(row, names, strict=True):
+            _profile_panel(axes, dataset.sel(bed=bed, parameter=name), label=axes is panels[0, 0])
+            axes.set_xlabel(f"{name} / true value")
+        row[0].set_ylabel(f"{bed}\nχ² above its minimum")
+        row[-1].annotate(
+            "95 %", (1.0, 1.96**2), xycoords=("axes fraction", "data"), ha="right", va="bottom",
+            color=GREY,
+        )  # fmt: skip
+    panels[0, 0].plot([], [], color="black", ls=":", label="linear")
     figure.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=9)
     return figure
+
+
+def _profile_panel(axes: Axes, shown: xarray.Dataset, *, label: bool) -> None:
+    """The profiles of one parameter of one bed, a colour for each case."""
+    for colour, case in zip((BLUE, VERMILION), shown["case"].to_numpy(), strict=False):
+        one = shown.sel(case=case)
+        ratio = one["ratio"].to_numpy()
+        error = np.max(np.abs(np.log(ratio))) / np.sqrt(float(one["chi2_linear"].max()))
+        at = np.geomspace(ratio[0], ratio[-1], 101)
+        axes.plot(at, (np.log(at) / error) ** 2, color=colour, ls=":", lw=1.2)
+        text = str(case) if label else None
+        axes.plot(ratio, one["chi2"], color=colour, marker="o", ms=3.5, lw=1.4, label=text)
+    axes.axhline(1.96**2, color=GREY, lw=0.8, ls="--")
+    axes.set(xscale="log", ylim=(-0.2, 8.0))
+    span = np.exp(np.max(np.abs(np.log(shown["ratio"].to_numpy()))))
+    ticks = [0.2, 0.5, 1.0, 2.0, 5.0] if span > 2.0 else [0.8, 0.9, 1.0, 1.1, 1.2]
+    ticks = [t for t in ticks if 0.98 / span <= t <= 1.02 * span]
+    axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    axes.minorticks_off()
+    tidy(axes)
 
 
 def refits_figure(dataset: xarray.Dataset) -> Figure:
