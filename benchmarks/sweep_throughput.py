@@ -1,27 +1,31 @@
-"""1,000 impacts of the free racket by one process, two, and a local Dask cluster; memory by case.
+"""1,000 impacts of the free racket by one process, two, and local Dask clusters; memory by case.
 
-    python benchmarks/sweep_throughput.py                 # 1,000 cases, three quarters of an hour
-    python benchmarks/sweep_throughput.py --after 0.01    # without the ringing, a quarter of one
+    python benchmarks/sweep_throughput.py                 # 1,000 cases, an hour
+    python benchmarks/sweep_throughput.py --after 0.01    # without the ringing, a third of that
 
-The cases are 20 sweeps, each run in all three ways in turns, since the speed of shared cores
+The cases are 20 sweeps, each run in all four ways in turns, since the speed of shared cores
 wanders by more than what is to be compared. Two measures: the time of whole sweeps (checking the
 cases, starting processes, writing the results; the Dask workers are up before), summed; and the
 rate of finishing cases from the third one on, which is without all that: its median over the
 sweeps, and ratios of medians with a bootstrapped 95 % interval. Memory is that of the process that
 simulates, read after every case of the way with one.
+
+Dask runs with its own settings and with QUIET, which docs/sweeps.md recommends: its workers sample
+the stack of what they run every 10 ms, and make malloc hand memory back at once.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
+import dask
 import numpy as np
-import xarray
 from distributed import Client, LocalCluster
 from measure import table, versions
 from numpy.typing import NDArray
@@ -31,7 +35,11 @@ from drake_racket.sweep import Progress, Sweep, make_sweep, run_sweep
 
 SWEEPS = 20
 FIRST = 2  # cases finished when a rate begins: both workers have had one
-WAYS = ("1 process", "2 processes", "Dask, 2 workers")
+WAYS = ("1 process", "2 processes", "Dask, as it comes", "Dask, quiet")
+QUIET = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 1_000_000_000,
+}
 
 
 def part(cases: int, number: int, after: float) -> Sweep:
@@ -83,6 +91,14 @@ class Clock:
         return (last - first) / (end - begin)
 
 
+def two_workers(stack: ExitStack, settings: dict[str, Any]) -> Client:
+    """A client of a local cluster with these settings, until the stack ends."""
+    options = {"processes": True, "threads_per_worker": 1, "dashboard_address": None}
+    with dask.config.set(settings):
+        cluster = stack.enter_context(LocalCluster(n_workers=2, **options))
+    return stack.enter_context(Client(cluster, set_as_default=False))
+
+
 def main() -> None:
     formatter = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
@@ -95,31 +111,18 @@ def main() -> None:
     rates = {name: np.zeros(SWEEPS) for name in WAYS}
     equal = True
     with ExitStack() as stack:
-        options = {"processes": True, "threads_per_worker": 1, "dashboard_address": None}
-        cluster = stack.enter_context(LocalCluster(n_workers=2, **options))
-        client = stack.enter_context(Client(cluster, set_as_default=False))
-        ways: dict[str, Callable[[Sweep, Path, Clock], xarray.Dataset]] = dict(
-            zip(
-                WAYS,
-                (
-                    lambda sweep, out, clock: run_sweep(sweep, out, progress=clock),
-                    lambda sweep, out, clock: run_sweep(sweep, out, workers=2, progress=clock),
-                    lambda sweep, out, clock: run_sweep(
-                        sweep, out, scheduler=client, progress=clock
-                    ),
-                ),
-                strict=True,
-            )
-        )
+        calls: list[dict[str, Any]] = [{}, {"workers": 2}]
+        calls += [{"scheduler": two_workers(stack, settings)} for settings in ({}, QUIET)]
+        ways = {name: partial(run_sweep, **call) for name, call in zip(WAYS, calls, strict=True)}
         for run in ways.values():  # imports and compilation, once
             with tempfile.TemporaryDirectory() as out:
-                run(part(8, 10_000, arguments.after), Path(out), Clock())
+                run(part(8, 10_000, arguments.after), Path(out))
         for number in range(SWEEPS):
             sweep, results = part(size, number, arguments.after), []
             for name in np.roll(WAYS, number).tolist():
                 with tempfile.TemporaryDirectory() as out:
                     clock = Clock(memory if name == WAYS[0] else None)
-                    results.append(ways[name](sweep, Path(out), clock))
+                    results.append(ways[name](sweep, Path(out), progress=clock))
                     seconds[name][number], rates[name][number] = clock.seconds(), clock.rate()
             equal &= all(result.identical(results[0]) for result in results)
     report(seconds, rates, size * SWEEPS, np.array(memory), equal)
@@ -142,7 +145,7 @@ def report(
 ) -> None:
     """Prints the tables."""
     print(versions("distributed"))
-    alone, own, dask = WAYS
+    alone, own, *clusters = WAYS
     rows = [
         [
             name,
@@ -155,7 +158,8 @@ def report(
     ]
     header = ["way", f"{cases} cases, whole", "speed-up", "running, cases/s", "speed-up"]
     print(table(header, rows))
-    print(f"Dask over 2 processes, running: {ratio(rates[dask], rates[own])}")
+    for name in clusters:
+        print(f"{name}, over 2 processes, running: {ratio(rates[name], rates[own])}")
     print(f"results bit-equal: {equal}")
     start = min(100, len(memory) // 2)
     growth = memory[start:].max() / memory[start] - 1.0
