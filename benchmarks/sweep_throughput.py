@@ -2,13 +2,15 @@
 
     python benchmarks/sweep_throughput.py                 # 1,000 cases, an hour
     python benchmarks/sweep_throughput.py --after 0.01    # without the ringing, a third of that
+    python benchmarks/sweep_throughput.py --memory        # one sweep in one process, memory only
 
 The cases are 20 sweeps, each run in all four ways in turns, since the speed of shared cores
 wanders by more than what is to be compared. Two measures: the time of whole sweeps (checking the
 cases, starting processes, writing the results; the Dask workers are up before), summed; and the
 rate of finishing cases from the third one on, which is without all that: its median over the
-sweeps, and ratios of medians with a bootstrapped 95 % interval. Memory is that of the process that
-simulates, read after every case of the way with one.
+sweeps, and ratios of medians with a bootstrapped 95 % interval. Memory is that of a process
+that simulates 1,000 cases as one sweep, read after each; here, where Dask's schedulers live in the
+same process, it would be theirs too.
 
 Dask runs with its own settings and with QUIET, which docs/sweeps.md recommends: its workers sample
 the stack of what they run every 10 ms, and make malloc hand memory back at once.
@@ -65,10 +67,9 @@ def resident() -> float:
 
 
 class Clock:
-    """Times a sweep: as a whole, and the rate at which cases finish. Reads memory if asked."""
+    """Times a sweep: as a whole, and the rate at which cases finish."""
 
-    def __init__(self, memory: list[float] | None = None) -> None:
-        self.memory = memory
+    def __init__(self) -> None:
         self.done: list[tuple[int, float]] = []
         self.start = perf_counter()
 
@@ -77,8 +78,6 @@ class Clock:
         if progress.phase != "running" or progress.done == 0:
             return
         self.done.append((progress.done, perf_counter()))
-        if self.memory is not None:
-            self.memory.append(resident())
 
     def seconds(self) -> float:
         """Since the sweep was started."""
@@ -104,9 +103,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--after", type=float, default=0.05, help="s simulated from touch on")
+    parser.add_argument("--memory", action="store_true", help="of one sweep in this process")
     arguments = parser.parse_args()
+    if arguments.memory:
+        report_memory(part(arguments.cases, 0, arguments.after))
+        return
     size = max(6, arguments.cases // SWEEPS)
-    memory: list[float] = []
     seconds = {name: np.zeros(SWEEPS) for name in WAYS}
     rates = {name: np.zeros(SWEEPS) for name in WAYS}
     equal = True
@@ -121,11 +123,11 @@ def main() -> None:
             sweep, results = part(size, number, arguments.after), []
             for name in np.roll(WAYS, number).tolist():
                 with tempfile.TemporaryDirectory() as out:
-                    clock = Clock(memory if name == WAYS[0] else None)
+                    clock = Clock()
                     results.append(ways[name](sweep, Path(out), progress=clock))
                     seconds[name][number], rates[name][number] = clock.seconds(), clock.rate()
             equal &= all(result.identical(results[0]) for result in results)
-    report(seconds, rates, size * SWEEPS, np.array(memory), equal)
+    report(seconds, rates, size * SWEEPS, equal)
 
 
 def ratio(rates: NDArray[np.float64], to: NDArray[np.float64]) -> str:
@@ -140,7 +142,6 @@ def report(
     seconds: dict[str, NDArray[np.float64]],
     rates: dict[str, NDArray[np.float64]],
     cases: int,
-    memory: NDArray[np.float64],
     equal: bool,
 ) -> None:
     """Prints the tables."""
@@ -161,8 +162,22 @@ def report(
     for name in clusters:
         print(f"{name}, over 2 processes, running: {ratio(rates[name], rates[own])}")
     print(f"results bit-equal: {equal}")
+
+
+def report_memory(sweep: Sweep) -> None:
+    """Runs a sweep in this process and prints its memory."""
+    found: list[float] = []
+
+    def remember(progress: Progress) -> None:
+        if progress.phase == "running" and progress.done:
+            found.append(resident())
+
+    with tempfile.TemporaryDirectory() as out:
+        run_sweep(sweep, Path(out), progress=remember)
+    memory = np.array(found)
     start = min(100, len(memory) // 2)
     growth = memory[start:].max() / memory[start] - 1.0
+    print(versions())
     print(
         f"memory: {memory[0]:.0f} MB after the first case, {memory[start]:.0f} MB after {start},"
         f" then up to {100 * growth:+.1f} % over {len(memory) - 1 - start} more"
