@@ -135,7 +135,8 @@ def profiles_figure(dataset: xarray.Dataset) -> Figure:
         for axes, name in zip(row, names, strict=True):
             _profile_panel(axes, dataset.sel(bed=bed, parameter=name), label=axes is panels[0, 0])
             axes.set_xlabel(f"{name} / true value")
-        row[0].set_ylabel(f"{bed}\nχ² above its minimum")
+        row[0].set_ylabel("χ² above its minimum")
+        row[0].set_title(str(bed), loc="left", fontsize=9)
         row[-1].annotate(
             "95 %", (1.0, 1.96**2), xycoords=("axes fraction", "data"), ha="right", va="bottom",
             color=GREY,
@@ -158,7 +159,7 @@ def _profile_panel(axes: Axes, shown: xarray.Dataset, *, label: bool) -> None:
     axes.axhline(1.96**2, color=GREY, lw=0.8, ls="--")
     axes.set(xscale="log", ylim=(-0.2, 8.0))
     span = np.exp(np.max(np.abs(np.log(shown["ratio"].to_numpy()))))
-    ticks = [0.2, 0.5, 1.0, 2.0, 5.0] if span > 2.0 else [0.8, 0.9, 1.0, 1.1, 1.2]
+    ticks = [0.2, 0.5, 1.0, 2.0, 5.0] if span > 2.0 else [0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2]
     ticks = [t for t in ticks if 0.98 / span <= t <= 1.02 * span]
     axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
     axes.minorticks_off()
