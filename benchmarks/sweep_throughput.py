@@ -2,6 +2,7 @@
 
     python benchmarks/sweep_throughput.py                 # 1,000 cases, an hour
     python benchmarks/sweep_throughput.py --after 0.01    # without the ringing, a third of that
+    python benchmarks/sweep_throughput.py --no-dask       # one and two processes, nothing beside
     python benchmarks/sweep_throughput.py --memory        # one sweep in one process, memory only
 
 The cases are 20 sweeps, each run in all four ways in turns, since the speed of shared cores
@@ -103,25 +104,28 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--after", type=float, default=0.05, help="s simulated from touch on")
+    parser.add_argument("--no-dask", action="store_true", help="own processes only")
     parser.add_argument("--memory", action="store_true", help="of one sweep in this process")
     arguments = parser.parse_args()
     if arguments.memory:
         report_memory(part(arguments.cases, 0, arguments.after))
         return
     size = max(6, arguments.cases // SWEEPS)
-    seconds = {name: np.zeros(SWEEPS) for name in WAYS}
-    rates = {name: np.zeros(SWEEPS) for name in WAYS}
+    ways_run = WAYS[:2] if arguments.no_dask else WAYS
+    seconds = {name: np.zeros(SWEEPS) for name in ways_run}
+    rates = {name: np.zeros(SWEEPS) for name in ways_run}
     equal = True
     with ExitStack() as stack:
         calls: list[dict[str, Any]] = [{}, {"workers": 2}]
-        calls += [{"scheduler": two_workers(stack, settings)} for settings in ({}, QUIET)]
-        ways = {name: partial(run_sweep, **call) for name, call in zip(WAYS, calls, strict=True)}
+        if not arguments.no_dask:
+            calls += [{"scheduler": two_workers(stack, settings)} for settings in ({}, QUIET)]
+        ways = {name: partial(run_sweep, **call) for name, call in zip(WAYS, calls, strict=False)}
         for run in ways.values():  # imports and compilation, once
             with tempfile.TemporaryDirectory() as out:
                 run(part(8, 10_000, arguments.after), Path(out))
         for number in range(SWEEPS):
             sweep, results = part(size, number, arguments.after), []
-            for name in np.roll(WAYS, number).tolist():
+            for name in np.roll(list(ways), number).tolist():
                 with tempfile.TemporaryDirectory() as out:
                     clock = Clock()
                     results.append(ways[name](sweep, Path(out), progress=clock))
@@ -146,7 +150,7 @@ def report(
 ) -> None:
     """Prints the tables."""
     print(versions("distributed"))
-    alone, own, *clusters = WAYS
+    alone, own, *clusters = seconds
     rows = [
         [
             name,
@@ -155,7 +159,7 @@ def report(
             f"{np.median(rates[name]):.2f}",
             ratio(rates[name], rates[alone]),
         ]
-        for name in WAYS
+        for name in seconds
     ]
     header = ["way", f"{cases} cases, whole", "speed-up", "running, cases/s", "speed-up"]
     print(table(header, rows))

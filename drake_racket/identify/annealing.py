@@ -53,7 +53,7 @@ def anneal(
 
     Args:
         temperature: at the start, in units of the energy, TEMPERATURES. A lower one narrows the
-            search sooner, and is more easily caught in the wrong valley.
+            search sooner.
         journal: directory that keeps the evaluations. A run that was killed and started again
             with it ends with the same result, bit for bit; a larger `max_evaluations` continues.
         progress: called with the part done (0 to 1) and the lowest RMS so far.
