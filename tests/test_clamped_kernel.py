@@ -60,6 +60,10 @@ def test_all_points_and_speeds_equal_the_oracle(bed):
     compare_with_oracle(bed, np.tile(np.arange(1, 10), 2), np.repeat([18.0, 33.0], 9))
 
 
+SPEEDS = 18.0, 33.0
+OBLIQUE = tuple(itertools.product(("velocity", "displacement"), (17.0, 73.0)))
+
+
 def compare_with_drake(case, systems) -> None:
     name, tension, point, speed, incidence, azimuth, reading = case
     scenario = Scenario(
@@ -99,12 +103,22 @@ def test_equals_the_drake_rig():
 @pytest.mark.parametrize("bed", BEDS, ids="_".join)
 def test_equals_the_drake_rig_everywhere(bed):
     systems: dict = {}
-    kinds = list(itertools.product(("velocity", "displacement"), (17.0, 73.0)))
     for n, point in enumerate((1, 2, 4, 5, 7, 8)):  # the others are mirror images
         # the beds take turns: each point sees both speeds, both readings and both angles
-        speed = (18.0, 33.0)[(n + BEDS.index(bed)) % 2]
+        speed = SPEEDS[(n + BEDS.index(bed)) % 2]
         compare_with_drake((*bed, point, speed, 0.0, 90.0, "velocity"), systems)
-        reading, angle = kinds[(n + BEDS.index(bed)) % 4]
+        reading, angle = OBLIQUE[(n + BEDS.index(bed)) % 4]
+        compare_with_drake((*bed, point, 31.0, angle, 60.0, reading), systems)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("bed", BEDS, ids="_".join)
+@pytest.mark.parametrize("point", range(1, 10))
+def test_equals_the_drake_rig_in_every_case(bed, point):
+    systems: dict = {}
+    for speed in SPEEDS:
+        compare_with_drake((*bed, point, speed, 0.0, 90.0, "velocity"), systems)
+    for reading, angle in OBLIQUE:
         compare_with_drake((*bed, point, 31.0, angle, 60.0, reading), systems)
 
 

@@ -59,6 +59,13 @@ def test_defaults_at_every_point_and_bed(bed, point):
     _check_defaults(bed, SUPPORTS[(BEDS.index(bed) + point) % 3], point)
 
 
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("support", SUPPORTS)
+@pytest.mark.parametrize("point", range(1, 10))
+def test_defaults_in_every_case(bed, support, point):
+    _check_defaults(bed, support, point)
+
+
 def _check_defaults(bed, support, point):
     scenario = Scenario(racket=bed[0], tension=bed[1], support=support, point=point)
     system = make_impact_diagram(scenario)
@@ -205,6 +212,16 @@ def test_a_discrete_plant_agrees(incidence):
     + [("tour", "low", "clamped_head"), ("recreational", "high", "clamped_handle")],
 )
 def test_a_discrete_plant_agrees_everywhere(racket, tension, support):
+    _check_discrete(racket, tension, support)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("support", SUPPORTS)
+def test_a_discrete_plant_agrees_in_every_case(bed, support):
+    _check_discrete(*bed, support)
+
+
+def _check_discrete(racket, tension, support):
     base = Scenario(racket=racket, tension=tension, support=support, after=0.007, speed=28.0)
     points = range(1, 10)
     np.testing.assert_allclose(_speeds(base, 1e-5, points), _speeds(base, 0.0, points), rtol=1e-3)

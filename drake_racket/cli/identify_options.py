@@ -34,12 +34,12 @@ Rescale = Annotated[
     bool, typer.Option("--rescale", help="Scale the standard deviations by the residuals.")
 ]
 Method = Annotated[str, typer.Option(help="least-squares or annealing.")]
-Starts = Annotated[int, typer.Option(help="Starts of least squares.")]
+Starts = Annotated[int, typer.Option(help="Starts of least squares, or chains of annealing.")]
 Seed = Annotated[int, typer.Option(help="Of starts and annealing.")]
 Workers = Annotated[int, typer.Option(help="Processes that share the starts.")]
-Evaluations = Annotated[int, typer.Option(help="Of an annealing run, at most.")]
-Temperature = Annotated[float, typer.Option(help="At which an annealing run begins.")]
-Polish = Annotated[bool, typer.Option("--polish", help="Finish an annealing run by least squares.")]
+Evaluations = Annotated[int, typer.Option(help="Of each annealing chain, at most.")]
+Temperature = Annotated[float, typer.Option(help="At which an annealing chain begins.")]
+Polish = Annotated[bool, typer.Option("--polish", help="Finish annealing by least squares.")]
 Fresh = Annotated[
     bool, typer.Option("--fresh", help="Begin anew, whatever an interrupted fit left in OUT.")
 ]

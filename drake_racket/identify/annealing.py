@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import optimize
@@ -14,10 +14,18 @@ from scipy import optimize
 from drake_racket.errors import InputError
 from drake_racket.identify.assemble import Outcome, make_result
 from drake_racket.identify.evaluator import Evaluator
-from drake_racket.identify.journal import Journal, journal_header, prepare_directory
-from drake_racket.identify.least_squares import Progress, Start, random_keyword, run_start
-from drake_racket.identify.problem import Problem, Scale, check_count, check_problem
-from drake_racket.identify.result import FitResult, StartRecord
+from drake_racket.identify.journal import prepare_directory
+from drake_racket.identify.least_squares import Descent
+from drake_racket.identify.problem import Array, Problem, Scale, check_count, check_problem
+from drake_racket.identify.result import FitResult
+from drake_racket.identify.starts import (
+    Progress,
+    Report,
+    Start,
+    random_keyword,
+    run_starts,
+    start_points,
+)
 
 _POLISH_TOLERANCE = 1e-12
 _POLISH_EVALUATIONS = 500
@@ -35,7 +43,9 @@ TEMPERATURES = 0.02, 5e4
 def anneal(
     problem: Problem,
     *,
+    starts: int = 4,
     seed: int = 0,
+    workers: int = 1,
     max_evaluations: int = 20_000,
     temperature: float = TEMPERATURE,
     journal: Path | None = None,
@@ -43,21 +53,27 @@ def anneal(
     polish: bool = False,
     rescale_sigma: bool = False,
 ) -> FitResult:
-    """Estimates the parameters by generalised simulated annealing without local search.
+    """Estimates the parameters by generalised simulated annealing, the best of several chains.
 
-    It begins at the problem's start and moves in `Scale`'s numbers, as `fit` does. The energy is
-    the sum of squared residuals over sigma; where sigma is unknown, over the mean square residual
-    at the start, since the schedule of temperatures is one of absolute energies. Without `polish`
-    the point found is the best of the points tried, not a minimum: a warning says how far from one
-    it is where that matters to the intervals.
+    One chain in a few is caught in another valley of the string-bed's landscape
+    (docs/identification.md), so there are several, begun where `fit` begins its starts, and moving
+    in the same numbers, each with random numbers of its own. The energy is the sum of squared
+    residuals over sigma; where sigma is unknown, over the mean square residual at the chain's
+    start, since the schedule of temperatures is one of absolute energies. There is no local
+    search unless `polish` adds one at the end: without it the point found is the best of the
+    points tried, not a minimum, and a warning says how far from one it is where that matters to
+    the intervals. The result is the same, bit for bit, for any number of workers.
 
     Args:
+        starts: number of chains.
+        workers: processes that share the chains; see `fit`.
+        max_evaluations: of the residuals, per chain.
         temperature: at the start, in units of the energy, TEMPERATURES. A lower one narrows the
             search sooner.
         journal: directory that keeps the evaluations. A run that was killed and started again
             with it ends with the same result, bit for bit; a larger `max_evaluations` continues.
         progress: called with the part done (0 to 1) and the lowest RMS so far.
-        polish: go on by least squares with exact derivatives from the best point.
+        polish: let each chain go on by least squares with exact derivatives from its best point.
         rescale_sigma: as for `fit`.
 
     Raises:
@@ -66,23 +82,31 @@ def anneal(
     """
     began = time.monotonic()
     check_problem(problem)
-    check_count("seed", seed, 0)
+    for key, value, least in (("starts", starts, 1), ("seed", seed, 0), ("workers", workers, 1)):
+        check_count(key, value, least)
     check_count("max_evaluations", max_evaluations, 1)
     check_temperature("temperature", temperature)
     prepare_directory(journal)
-
-    def report(count: int, rms: float) -> None:
-        if progress is not None:
-            progress(min(count / max_evaluations, 1.0), rms)
-
-    outcome = _annealed(problem, seed, temperature, max_evaluations, journal, report)
-    method = "simulated annealing"
-    if polish:
-        outcome = _polished(problem, outcome, journal, progress)
-        method += " and least squares"
-    seconds = time.monotonic() - began
+    chains = [
+        Chain(
+            problem=problem,
+            number=number,
+            point=point,
+            journal=None if journal is None else journal / f"chain_{number:02d}.journal",
+            seed=seed,
+            temperature=temperature,
+            max_evaluations=max_evaluations,
+            polish=polish,
+        )
+        for number, point in enumerate(start_points(problem, starts, seed))
+    ]
     return make_result(
-        problem, [outcome], method=method, seed=seed, seconds=seconds, rescale=rescale_sigma
+        problem,
+        run_starts(chains, workers, progress),
+        method="simulated annealing" + (" and least squares" if polish else ""),
+        seed=seed,
+        seconds=time.monotonic() - began,
+        rescale=rescale_sigma,
     )
 
 
@@ -93,88 +117,84 @@ def check_temperature(key: str, temperature: float) -> None:
         raise InputError(key, temperature, f"{low:g} to {high:g}")
 
 
-def _annealed(
-    problem: Problem,
-    seed: int,
-    temperature: float,
-    max_evaluations: int,
-    path: Path | None,
-    report: Callable[[int, float], None],
-) -> Outcome:
-    """The annealing run; its journal is read first and then continued."""
-    scale = Scale(problem.parameters)
-    begin = scale.to_unit(np.array([p.start for p in problem.parameters], float))
-    settings = {"method": "simulated annealing", "seed": seed, "temperature": temperature}
-    header = journal_header(problem, settings)
-    file = None if path is None else path / "annealing.journal"
-    with Journal(file, header) as journal:
-        evaluator = Evaluator(problem, journal, report)
-        # the schedule does not know the budget, so that a journal serves a larger one as well
-        random = {random_keyword(optimize.dual_annealing): np.random.default_rng(seed)}
-        first = evaluator.cost(begin)
-        if not np.isfinite(first):
-            raise InputError("start", list(scale.from_unit(begin)), "a start the model can solve")
-        unit = 1.0
-        if problem.sigma is None and evaluator.best_rms > 0.0:
-            unit = evaluator.best_rms**2
-        found = optimize.dual_annealing(
-            lambda u: first / unit if np.array_equal(u, begin) else evaluator.cost(u) / unit,
-            bounds=[(0.0, 1.0)] * len(begin),
-            x0=begin,
-            maxfun=max_evaluations,
-            maxiter=max_evaluations,  # an iteration takes two evaluations or more
-            no_local_search=True,
-            initial_temp=temperature,
-            **random,
+@dataclass(frozen=True, kw_only=True)
+class Chain(Start):
+    """One annealing run from one start."""
+
+    seed: int
+    temperature: float
+    max_evaluations: int
+    polish: bool
+
+    def settings(self) -> dict[str, Any]:
+        """What decides its steps; the schedule does not know the number of evaluations."""
+        random = [self.seed, self.number]
+        return {"method": "simulated annealing", "seed": random, "temperature": self.temperature}
+
+    def run(self, report: Report) -> Outcome:
+        """The annealing, and least squares after it if wanted."""
+        annealed = self._annealed(report)
+        if not self.polish or not np.isfinite(annealed.record.cost):
+            return annealed
+        return self._polished(annealed, report)
+
+    def _annealed(self, report: Report) -> Outcome:
+        with self.open_journal() as journal:
+            evaluator = Evaluator(
+                self.problem, journal, lambda n, rms: report(min(n / self.max_evaluations, 1), rms)
+            )
+            first = evaluator.cost(self.point)
+            if not np.isfinite(first):
+                return self.failed(evaluator, "the model has no solution there")
+            unit = 1.0
+            if self.problem.sigma is None and evaluator.best_rms > 0.0:
+                unit = evaluator.best_rms**2
+
+            def energy(u: Array) -> float:
+                # scipy asks for the start's again
+                return (first if np.array_equal(u, self.point) else evaluator.cost(u)) / unit
+
+            random = np.random.default_rng([self.seed, self.number])
+            keywords: dict[str, Any] = {random_keyword(optimize.dual_annealing): random}
+            found = optimize.dual_annealing(
+                energy,
+                bounds=[(0.0, 1.0)] * len(self.point),
+                x0=self.point,
+                maxfun=self.max_evaluations,
+                maxiter=self.max_evaluations,  # an iteration takes two evaluations or more
+                no_local_search=True,
+                initial_temp=self.temperature,
+                **keywords,
+            )
+        # the journal is closed: what follows depends on max_evaluations, what it holds does not
+        try:
+            return self.ended(evaluator, " ".join(map(str, found.message)), converged=True)
+        except FloatingPointError as error:
+            return self.failed(evaluator, f"{error} at the best point")
+
+    def _polished(self, annealed: Outcome, report: Report) -> Outcome:
+        """Least squares from the best point of the annealing; records of both as one."""
+        before = annealed.record
+        point = Scale(self.problem.parameters).to_unit(before.estimates)
+        # another budget ends at another point: a journal for each
+        digest = hashlib.blake2b(point.tobytes(), digest_size=4).hexdigest()
+        name = f"polish_{self.number:02d}_{digest}.journal"
+        descent = Descent(
+            problem=self.problem,
+            number=self.number,
+            point=point,
+            journal=None if self.journal is None else self.journal.parent / name,
+            tolerance=_POLISH_TOLERANCE,
+            max_evaluations=_POLISH_EVALUATIONS,
         )
-    try:
-        x, residuals, jacobian = evaluator.best()
-    except FloatingPointError as error:
-        raise InputError(
-            "problem", problem.title, f"one without {error} at the best point"
-        ) from None
-    record = StartRecord(
-        number=0,
-        start=scale.from_unit(begin),
-        estimates=x,
-        cost=evaluator.best_cost,
-        rms=evaluator.best_rms,
-        evaluations=evaluator.evaluations,
-        converged=True,
-        status=" ".join(map(str, found.message)),
-        history=np.array(evaluator.history),
-    )
-    return Outcome(record, residuals, jacobian)
-
-
-def _polished(
-    problem: Problem, annealed: Outcome, path: Path | None, progress: Progress
-) -> Outcome:
-    """Least squares from the best point of the annealing; records of both as one."""
-    point, before = Scale(problem.parameters).to_unit(annealed.record.estimates), annealed.record
-    # another budget ends at another point: a journal for each
-    name = hashlib.blake2b(point.tobytes(), digest_size=4).hexdigest()
-
-    def report(count: int, rms: float) -> None:
-        if progress is not None:
-            progress(1.0, rms)
-
-    start = Start(
-        problem=problem,
-        number=0,
-        point=point,
-        tolerance=_POLISH_TOLERANCE,
-        max_evaluations=_POLISH_EVALUATIONS,
-        journal=None if path is None else path / f"polish_{name}.journal",
-    )
-    outcome = run_start(start, report)
-    after = outcome.record
-    history = np.vstack([before.history, after.history + np.array([before.evaluations, 0.0])])
-    record = replace(
-        after,
-        start=before.start,
-        evaluations=before.evaluations + after.evaluations,
-        status=f"annealing: {before.status}; least squares: {after.status}",
-        history=history,
-    )
-    return replace(outcome, record=record)
+        outcome = descent.run(lambda _done, rms: report(1.0, rms))
+        after = outcome.record
+        offset = np.array([before.evaluations, 0.0])
+        record = replace(
+            after,
+            start=before.start,
+            evaluations=before.evaluations + after.evaluations,
+            status=f"annealing: {before.status}; least squares: {after.status}",
+            history=np.vstack([before.history, after.history + offset]),
+        )
+        return replace(outcome, record=record)

@@ -129,6 +129,7 @@ def _minimum_warnings(
     if (away := found.steps_away.max()) > 0.1:
         text = "away from the least squares minimum: the intervals are not about a minimum"
         texts.append(f"the point found is {away:.2g} standard errors {text}")
+        return texts  # nothing that two starts could agree on
     scale = Scale(parameters)
     same = [r for r in records if r.cost <= best.cost * (1.0 + SAME_MINIMUM)]
     if len(records) > 1 and len(same) == 1:

@@ -25,10 +25,11 @@ from drake_racket.errors import InputError
 from drake_racket.identify.angle_table import AngleTable
 from drake_racket.identify.clamped import Bed, Impacts, Outcome, make_bed, make_impacts, run
 from drake_racket.identify.intervals import profile_interval
-from drake_racket.identify.least_squares import Progress, fit
+from drake_racket.identify.least_squares import fit
 from drake_racket.identify.problem import Parameter
 from drake_racket.identify.result import FitResult
 from drake_racket.identify.search import Search, estimates, fingerprint, loose, search, short_title
+from drake_racket.identify.starts import Progress
 from drake_racket.identify.table_fit import TableFit
 from drake_racket.identify.table_rows import beyond
 from drake_racket.parameters import BallParameters, RacketParameters

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from drake_racket.errors import InputError
 from drake_racket.identify.annealing import TEMPERATURE, anneal
 from drake_racket.identify.estimate import Estimate
-from drake_racket.identify.least_squares import Progress, fit
+from drake_racket.identify.least_squares import fit
 from drake_racket.identify.problem import Problem
 from drake_racket.identify.result import FitResult
+from drake_racket.identify.starts import Progress
 from drake_racket.parameters import BallParameters, RacketParameters
 from drake_racket.quantities import sourced_fields
 
@@ -28,11 +29,12 @@ class Search:
 
     Attributes:
         method: one of METHODS.
-        starts, workers: of least squares.
-        seed: of the starts, or of the annealing.
-        evaluations: of an annealing run, at most.
-        temperature: at which an annealing run begins; see `annealing.anneal`.
-        polish: finish an annealing run by least squares.
+        starts: of least squares, or chains of annealing.
+        seed: of the starts and of the annealing.
+        workers: processes that share the starts.
+        evaluations: of each annealing chain, at most.
+        temperature: at which an annealing chain begins; see `annealing.anneal`.
+        polish: finish each annealing chain by least squares.
         rescale: take standard deviations as relative, and scale them by the residuals.
         tolerance: relative change of the sum of squares at which least squares stops. In flat
             valleys a smaller one costs many steps that change nothing.
@@ -80,7 +82,9 @@ def _search(
     if options.method == "annealing":
         return anneal(
             problem,
+            starts=options.starts,
             seed=options.seed,
+            workers=options.workers,
             max_evaluations=options.evaluations,
             temperature=options.temperature,
             journal=journal,

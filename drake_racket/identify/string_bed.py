@@ -31,9 +31,9 @@ from drake_racket.identify.clamped import (
     run,
 )
 from drake_racket.identify.intervals import profile_interval
-from drake_racket.identify.least_squares import Progress
 from drake_racket.identify.problem import Parameter
 from drake_racket.identify.search import Search, estimates, fingerprint, loose, search, short_title
+from drake_racket.identify.starts import Progress
 from drake_racket.identify.table_fit import TableFit
 from drake_racket.identify.table_rows import beyond
 from drake_racket.identify.tables import RestitutionTable
