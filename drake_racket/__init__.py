@@ -10,11 +10,22 @@ from drake_racket.ball_contact import BallContact, BallContact_
 from drake_racket.contact_state import ContactRecord
 from drake_racket.describe import RacketProperties, frame_fundamentals, racket_properties
 from drake_racket.diagram import Impact, add_contact, add_impact, connect_forces
-from drake_racket.energy import EnergyMeter, EnergyMeter_, add_energy_meter, balance
+from drake_racket.energy import (
+    EnergyMeter,
+    EnergyMeter_,
+    add_energy_meter,
+    balance,
+    set_meter_parameters,
+)
 from drake_racket.errors import InputError
 from drake_racket.files import write_csv, write_figure, write_netcdf, write_table
 from drake_racket.grip import Grip, GripStiffness, add_grip, load_grip, write_grip
-from drake_racket.grip_load import GripLoad, GripLoad_, add_grip_load
+from drake_racket.grip_load import (
+    GripLoad,
+    GripLoad_,
+    add_grip_load,
+    set_grip_load_parameters,
+)
 from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.limbs.any_limb import add_limb_model, find_limb
 from drake_racket.limbs.limb import Limb
@@ -96,6 +107,8 @@ __all__ = [
     "racket_properties",
     "sdf_directory",
     "set_ball_inertia",
+    "set_grip_load_parameters",
+    "set_meter_parameters",
     "set_racket_inertia",
     "simulate",
     "solve_stroke",

@@ -50,3 +50,15 @@ def set_ball_inertia(ball: Ball, root: Context, parameters: BallParameters) -> N
     """Writes the ball's mass and moments into a Context; see `set_racket_inertia`."""
     context = ball.plant.GetMyMutableContextFromRoot(root)
     ball.body.SetSpatialInertiaInBodyFrame(context, ball_inertia(parameters).spatial())
+
+
+def ball_law(parameters: BallParameters) -> tuple[float, float, float, float, float, float]:
+    """The numbers of kb and cb against speed, as `ContactModel.ball` has them."""
+    return (
+        parameters.speed_low.value,
+        parameters.speed_high.value,
+        parameters.stiffness_low.value,
+        parameters.stiffness_growth.value,
+        parameters.damping_low.value,
+        parameters.damping_growth.value,
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ from drake_racket.contact_state import (
     BY_DISPLACEMENT,
     CB,
     CONSTANTS,
+    DISCRETE_SIZE,
     GIVEN_UP,
     KB,
     LEAD,
@@ -42,10 +44,12 @@ from drake_racket.contact_state import (
     OFFSET_Y,
     PHASE,
     POINT,
+    POWER,
     RATE,
     RELEASE,
     SCALE,
     SEEN,
+    SIZE,
     SPEED,
     TOUCH,
     TOUCHES,
@@ -85,20 +89,23 @@ def BallContact_(T: Any) -> Any:
             2 scales: s_v (m/s), s_d (m).
             3 choices: point (1-9, 0 nearest at touch); friction reading (0 velocity, 1
               displacement); reaction (0 at the string mass, 1 at the ball).
-        Discrete state (15), latched at touch: phase, point, normal approach speed at first touch
-            (m/s), kb, cb, mu, tangential offset x, y (m), scale, friction reading, reaction, time
-            of first touch, time of last release (s), energy kb x^2/2 given up at releases (J),
-            number of touches.
+        Discrete state (15; 29 on a discrete plant), latched at touch: phase, point, normal
+            approach speed at first touch (m/s), kb, cb, mu, tangential offset x, y (m), scale,
+            friction reading, reaction, time of first touch, time of last release (s), energy
+            kb x^2/2 given up at releases (J), number of touches.
         Events: touch, release and leaving are witness functions on a continuous plant, and checked
-            at the start of every step on a discrete one. A run may start at touch.
+            at every update of a discrete one, whatever steps a Simulator takes in between. A run
+            may start at touch.
         Discrete plant: its steps of h leave the velocities half a step behind the positions, and
             see a touch up to h late. The contact makes up for both, and is of second order: it
             takes its relative velocity forward by half of the last step's change, and the first
             force, which acts from the touch (x / x' ago) to the middle of the next step, counts
-            1/2 + x / (x' h) times. Eight more discrete states hold that weight, the relative
-            velocity as seen and what is added to it (m/s, in the head), and the time of both. The
-            plant may take its step before or together with this system's update (that differs
-            between its settings): outputs look at the state as the update of the instant leaves it.
+            1/2 + x / (x' h) times. Fourteen more discrete states hold that weight, the relative
+            velocity as seen and what is added to it (m/s, in the head), the time of both, and the
+            power. The plant may take its step before or together with this system's update (that
+            differs between its settings): outputs look at the state as the update of the instant
+            leaves it. Not so the power: it is that of the force which acts over the step, and
+            holds until the next update, so that its impulse is what the plant's ball receives.
         Equations: `contact`. Source: Glynn et al. 2011.
         """
 
@@ -120,7 +127,7 @@ def BallContact_(T: Any) -> Any:
                 self.DeclareNumericParameter(
                     BasicVector_[T](np.array([T(float(x)) for x in values]))
                 )
-            initial = np.array([T(0.0)] * (23 if self.discrete else 15))
+            initial = np.array([T(0.0)] * (DISCRETE_SIZE if self.discrete else SIZE))
             initial[TOUCH] = initial[RELEASE] = T(float("nan"))
             if self.discrete:
                 initial[SEEN] = T(float("nan"))
@@ -191,10 +198,18 @@ def BallContact_(T: Any) -> Any:
         def _latched(self, context: Any) -> Any:
             """The discrete state; on a discrete plant, as the update of this instant leaves it."""
             state = context.get_discrete_state_vector().CopyToVector()
-            if self.discrete and value_of(state[SEEN]) != value_of(context.get_time()):
-                for index, number in self._changes(context, state).items():
-                    state[index] = number if isinstance(number, T) else T(number)
+            if self.discrete and not self._since_update(context, state) < 1.0 - 1e-6:
+                self._write(self._changes(context, state), state)
             return state
+
+        def _since_update(self, context: Any, state: Any) -> float:
+            """Time since the last update in steps of a discrete plant; inf before the first one."""
+            since = value_of(context.get_time()) - value_of(state[SEEN])
+            return since / self.plant.time_step() if since >= 0.0 else math.inf
+
+        def _write(self, changes: dict[int, Any], target: Any) -> None:
+            for index, number in changes.items():
+                target[index] = number if isinstance(number, T) else T(number)
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
             state = self._latched(context)
@@ -235,24 +250,33 @@ def BallContact_(T: Any) -> Any:
                 output[0] = 0.5 * state[KB] * p[2] * p[2]
 
         def _calc_power(self, context: Any, output: Any) -> None:
-            state = self._latched(context)
+            state = context.get_discrete_state_vector().CopyToVector()
             if state[PHASE] != CONTACT:
                 output.SetFromVector(self._no_power)
-                return
-            motion = self._contact_motion(context, state)
-            on_ball, _, p, v, force = self._law(*motion, state[CONSTANTS])
+            elif self.discrete:
+                output.SetFromVector(state[POWER])
+            else:
+                motion = self._contact_motion(context, state)
+                law = self._law(*motion, state[CONSTANTS])
+                output.SetFromVector(self._powers(motion, law, state))
+
+        def _powers(self, motion: Any, law: Any, state: Any) -> Any:
+            """The output `power`, from a motion and what the law says of it."""
+            on_ball, _, p, v, force = law
             w = motion[2][:3] @ motion[0][:, :3]
             lost_ball, lost_friction, couple = contact_powers(p, v, force, state[CB], w)
             if state[AT_BALL] > 0.5:
                 couple = 0.0 * couple
-            output.SetFromVector(np.array([lost_ball, lost_friction, couple, *on_ball[3:]]))
+            return np.array([lost_ball, lost_friction, couple, *on_ball[3:]])
 
         # ---- touch, release, leaving
 
         def _declare_events(self) -> None:
             self.DeclareInitializationUnrestrictedUpdateEvent(self._update)
             if self.discrete:
-                self.DeclarePerStepUnrestrictedUpdateEvent(self._update)
+                # not at every step of a Simulator, which may be shorter than the plant's
+                step = self.plant.time_step()
+                self.DeclarePeriodicUnrestrictedUpdateEvent(step, 0.0, self._update)
                 return
             event = UnrestrictedUpdateEvent_[T](system_callback=_dispatch_update)
             falling = WitnessFunctionDirection.kPositiveThenNonPositive
@@ -291,9 +315,7 @@ def BallContact_(T: Any) -> Any:
             """Goes to the phase that the present state asks for."""
             state = context.get_discrete_state_vector().CopyToVector()
             changes = self._changes(context, state)
-            target = new.get_mutable_discrete_state().get_mutable_vector()
-            for index, number in changes.items():
-                target[index] = number if isinstance(number, T) else T(number)
+            self._write(changes, new.get_mutable_discrete_state().get_mutable_vector())
             return EventStatus.Succeeded() if changes else EventStatus.DidNothing()
 
         def _changes(self, context: Any, state: Any) -> dict[int, Any]:
@@ -301,6 +323,8 @@ def BallContact_(T: Any) -> Any:
             phase = value_of(state[PHASE])
             changes: dict[int, Any] = {}
             if phase == CONTACT and self.discrete:
+                if self._since_update(context, state) == 0.0:
+                    return {}  # a run that starts at touch: the first update is of that instant
                 changes = self._step_in_contact(context, state)
             elif phase == CONTACT and value_of(self._raw_normal(context)) <= 0.0:
                 changes = self._release(context, state)
@@ -349,24 +373,38 @@ def BallContact_(T: Any) -> Any:
                     CB: ball_constants(-v[2], low, high, cb, cb_growth),
                     TOUCH: context.get_time(),
                 }
-            return changes | self._late_touch(context, p, v) if self.discrete else changes
+            if self.discrete:
+                self._write(changes, state)
+                changes |= self._late_touch(context, state, p, v)
+            return changes
 
-        def _late_touch(self, context: Any, p: Any, v: Any) -> dict[int, Any]:
+        def _late_touch(self, context: Any, state: Any, p: Any, v: Any) -> dict[int, Any]:
             """What a discrete step makes up for; a run that starts in contact is not late."""
             step = self.plant.time_step()
             lag = p[2] / v[2]
             if value_of(lag) > step:
                 lag = 0.0 * lag
-            return {WEIGHT: 0.5 + lag / step} | spread(RATE, v) | spread(LEAD, 0.0 * np.array(v))
+            weight = 0.5 + lag / step
+            motion = self._motion(context, round(value_of(state[POINT])))
+            power = self._powers(motion, self._law(*motion, state[CONSTANTS]), state)
+            return (
+                {WEIGHT: weight}
+                | spread(RATE, v)
+                | spread(LEAD, 0.0 * np.array(v))
+                | spread(POWER, weight * power)
+            )
 
         def _step_in_contact(self, context: Any, state: Any) -> dict[int, Any]:
             """At the start of a discrete step: the lead of its velocity, or release."""
             motion = self._motion(context, round(value_of(state[POINT])))
             _, v = self._relative(*motion)
             lead = 0.5 * (np.array(v) - state[RATE])
-            if value_of(self._law(*self._led(motion, lead), state[CONSTANTS])[4][3]) <= 0.0:
+            led = self._led(motion, lead)
+            law = self._law(*led, state[CONSTANTS])
+            if value_of(law[4][3]) <= 0.0:
                 return self._release(context, state)
-            return {WEIGHT: 1.0} | spread(RATE, v) | spread(LEAD, lead)
+            power = self._powers(led, law, state)
+            return {WEIGHT: 1.0} | spread(RATE, v) | spread(LEAD, lead) | spread(POWER, power)
 
         def _release(self, context: Any, state: Any) -> dict[int, Any]:
             p, _ = self._relative(*self._motion(context, round(value_of(state[POINT]))))

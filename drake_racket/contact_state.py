@@ -60,8 +60,10 @@ class ContactModel:
     TOUCHES,
 ) = range(15)
 CONSTANTS = slice(KB, AT_BALL)  # the seven constants of contact_law, in its order
+SIZE = 15
 # on a discrete plant only: see the system's docstring
-WEIGHT, RATE, LEAD, SEEN = 15, slice(16, 19), slice(19, 22), 22
+WEIGHT, RATE, LEAD, SEEN, POWER = 15, slice(16, 19), slice(19, 22), 22, slice(23, 29)
+DISCRETE_SIZE = 29
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class ContactRecord:
 
 
 def contact_record(state: Any) -> ContactRecord:
-    """Reads the record from a BallContact's discrete state, an array of 15."""
+    """Reads the record from a BallContact's discrete state, a discrete plant's as well."""
     s = [value_of(x) for x in state]
     return ContactRecord(
         phase=s[PHASE],

@@ -59,15 +59,17 @@ def frame_fundamentals(
 ) -> tuple[float, float]:
     """Undamped frequencies (Hz) of in-plane and out-of-plane bending of the free racket.
 
-    Drake linearises the plant at rest; the frequency of each mode is |eigenvalue| / 2 pi, and the
-    joint rate that its eigenvector holds most of tells the plane. `strung` adds the nine masses,
-    but not the strings' stiffness.
+    Drake linearises the plant at rest, the joint's damping left out; the frequency of each mode is
+    |eigenvalue| / 2 pi, and the joint rate that its eigenvector holds most of tells the plane.
+    `strung` adds the nine masses, but not the strings' stiffness.
     """
     plant = MultibodyPlant(0.0)
     racket = add_racket(plant, parameters, strung=strung)
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     plant.Finalize()
-    matrix = _state_matrix(plant, plant.CreateDefaultContext())
+    context = plant.CreateDefaultContext()
+    racket.bushing.SetTorqueDampingConstants(context, [0.0, 0.0, 0.0])
+    matrix = _state_matrix(plant, context)
     values, vectors = np.linalg.eig(matrix)
     frequencies = []
     for joint in (racket.in_plane, racket.out_of_plane):

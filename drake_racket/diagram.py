@@ -21,7 +21,7 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, Mu
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder
 
-from drake_racket.ball import Ball
+from drake_racket.ball import Ball, ball_law
 from drake_racket.ball_contact import BallContact
 from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.contact_state import (
@@ -110,8 +110,6 @@ def add_impact(
     """
     _check_plant(builder, plant, "add_impact", racket, ball)
     _check_choices(point, friction_reading, reaction_point)
-    if not racket.string_joints:
-        raise InputError("add_impact: racket", "an unstrung racket", "a strung racket")
     _finalize(plant)
     name = name or plant.GetModelInstanceName(racket.model_instance)
     string_bed = builder.AddNamedSystem(
@@ -221,14 +219,7 @@ def contact_model(
     bed = racket.string_bed
     spacing = bed.spacing.value
     return ContactModel(
-        ball=(
-            ball.speed_low.value,
-            ball.speed_high.value,
-            ball.stiffness_low.value,
-            ball.stiffness_growth.value,
-            ball.damping_low.value,
-            ball.damping_growth.value,
-        ),
+        ball=ball_law(ball),
         friction=tuple(racket.friction_coefficients()),
         scales=(ball.sliding_speed_scale.value, ball.sliding_distance_scale.value),
         grid=np.array([(row * spacing, column * spacing) for column, row in POINTS.values()]),
@@ -286,6 +277,8 @@ def _check_plant(
     for name, part in (("racket", racket), ("ball", ball)):
         if part is not None and part.plant is not plant:
             raise InputError(f"{key}: {name}", f"a {name} of another plant", "one of this plant")
+    if not racket.string_joints:
+        raise InputError(f"{key}: racket", "an unstrung racket", "a strung racket")
 
 
 def _check_choices(point: int, friction_reading: str, reaction_point: str) -> None:

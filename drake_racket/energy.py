@@ -18,6 +18,7 @@ from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, Lea
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.diagram import Impact
+from drake_racket.errors import InputError
 from drake_racket.limbs.limb_power import (
     LOST_JOINTS,
     LOST_LIMITS,
@@ -51,15 +52,22 @@ def EnergyMeter_(T: Any) -> Any:
                 strings, gone into the grip's springs and dampers (J).
         Numeric parameters:
             0 damping: in-plane, out-of-plane joint (N m s/rad); 1 if the strings are damped, or 0.
+              As in the Contexts of plant and string-bed (`set_meter_parameters`).
         Continuous state (9): the totals.
         """
 
         def _construct(
-            self, num_states: int, rates: tuple[int, int], gripped: bool, converter: Any = None
+            self,
+            num_states: int,
+            rates: tuple[int, int],
+            damping: tuple[float, float, float],
+            gripped: bool,
+            converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter)
             self.num_states, self.rates, self.gripped = num_states, rates, gripped
-            self.DeclareNumericParameter(BasicVector_[T](np.array([T(0.0)] * 3)))
+            self.damping = damping
+            self.DeclareNumericParameter(BasicVector_[T](np.array([T(float(x)) for x in damping])))
             self._power = self.DeclareVectorInputPort("power", 6)
             self._plant_state = self.DeclareVectorInputPort("state", num_states)
             self._strings = self.DeclareVectorInputPort("string_energy", 2)
@@ -70,7 +78,8 @@ def EnergyMeter_(T: Any) -> Any:
             self.DeclareStateOutputPort("totals", index)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, other.num_states, other.rates, other.gripped, converter=converter)
+            arguments = other.num_states, other.rates, other.damping, other.gripped
+            Impl._construct(self, *arguments, converter=converter)
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             state = self._plant_state.Eval(context)
@@ -95,22 +104,36 @@ def add_energy_meter(
 ) -> Any:
     """Adds an EnergyMeter to the systems of one impact (with a ball) and returns it.
 
+    It counts with the damping that plant and strings have by default; where a Context has other
+    values, call `set_meter_parameters` before the run.
+
     Args:
         grip_load: the GripLoad of the hand that holds the racket, if one does.
 
+    Raises:
+        InputError: the impact has no ball.
+
     """
+    if impact.contact is None:
+        raise InputError("add_energy_meter: impact", "without a ball", "an impact with a ball")
     offset = plant.num_positions()
     racket = impact.racket
     rates = (
         offset + racket.in_plane.velocity_start(),
         offset + racket.out_of_plane.velocity_start(),
     )
+    _, pitch, yaw = racket.bushing.torque_damping_constants()
+    strings = racket.parameters.string_bed.damping.value > 0.0
     name = plant.GetModelInstanceName(racket.model_instance)
     meter = builder.AddNamedSystem(
         f"{name}_energy_meter",
-        EnergyMeter(plant.num_multibody_states(), rates, grip_load is not None),
+        EnergyMeter(
+            plant.num_multibody_states(),
+            rates,
+            (yaw, pitch, float(strings)),
+            grip_load is not None,
+        ),
     )
-    assert impact.contact is not None
     builder.Connect(impact.contact.GetOutputPort("power"), meter.GetInputPort("power"))
     builder.Connect(plant.get_state_output_port(), meter.GetInputPort("state"))
     builder.Connect(impact.string_bed.GetOutputPort("energy"), meter.GetInputPort("string_energy"))
@@ -223,13 +246,17 @@ def balance(
     """The balance of one racket and one ball at the state of `root`.
 
     Args:
+        meter: the EnergyMeter of the impact; its totals are what is lost so far.
         held: the racket is welded to the world; its rigid motion then counts as bending.
         limb: that holds the racket.
 
+    Raises:
+        InputError: the impact has no ball.
+
     """
     racket, ball = impact.racket, impact.ball
-    assert ball is not None
-    assert impact.contact is not None
+    if ball is None or impact.contact is None:
+        raise InputError("balance: impact", "without a ball", "an impact with a ball")
     plant = racket.plant
     context = plant.GetMyContextFromRoot(root)
     both = [racket.model_instance, ball.model_instance]
@@ -237,12 +264,12 @@ def balance(
     v_ball = ball.body.EvalSpatialVelocityInWorld(context)
     ball_momentum = ball.body.get_mass(context) * v_ball.translational()
     momentum = plant.CalcSpatialMomentumInWorldAboutPoint(context, both, origin)
-    ball_energy = _kinetic_energy(plant, context, [ball.body])
+    ball_energy = _kinetic_energy(context, [ball.body])
     rigid = 0.0 if held else rigid_motion(impact, context).kinetic_energy
     rates = np.array([j.get_translation_rate(context) for j in racket.string_joints])
     masses = np.array([b.get_mass(context) for b in racket.string_masses])
     string_motion = 0.5 * float(masses @ (rates * rates))
-    kinetic = _kinetic_energy(plant, context, [b for b in racket.bodies() if b.get_mass(context)])
+    kinetic = _kinetic_energy(context, [b for b in racket.bodies() if b.get_mass(context)])
     stiffness = racket.bushing.GetTorqueStiffnessConstants(context)
     angles = racket.out_of_plane.get_angle(context), racket.in_plane.get_angle(context)
     stored = 0.5 * float(stiffness[1] * angles[0] ** 2 + stiffness[2] * angles[1] ** 2)
@@ -280,7 +307,7 @@ def _limb_energies(limb: StrikingLimb | None, root: Context) -> dict[str, float]
         return {"limb": 0.0, "torque_work": 0.0, "lost_limb": 0.0}
     plant = limb.limb.plant
     context = plant.GetMyContextFromRoot(root)
-    energy = _kinetic_energy(plant, context, limb.bodies)
+    energy = _kinetic_energy(context, limb.bodies)
     energy += limb_potential(limb.limb, plant, context) + joint_energy(limb.limb, plant, context)
     if limb.limits is not None:
         port = limb.limits.GetOutputPort("energy")
@@ -294,7 +321,7 @@ def _limb_energies(limb: StrikingLimb | None, root: Context) -> dict[str, float]
     }
 
 
-def _kinetic_energy(plant: MultibodyPlant, context: Context, bodies: Iterable[RigidBody]) -> float:
+def _kinetic_energy(context: Context, bodies: Iterable[RigidBody]) -> float:
     """Kinetic energy (J) of some bodies: sum of V . (M V) / 2 about their own origins."""
     total = 0.0
     for body in bodies:

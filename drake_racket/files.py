@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
+import io
 import os
+import re
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -50,6 +53,18 @@ def replace_file(path: Path, write: Callable[[Path], Any]) -> None:
         temporary.unlink(missing_ok=True)
 
 
+def meant_for(path: Path) -> Path:
+    """What a file under a temporary name of `replace_file` was to become; other paths as they are.
+
+    A process that is killed leaves such a file.
+    """
+    found = _TEMPORARY.fullmatch(path.name)
+    return path.with_name(found["stem"] + found["suffix"]) if found else path
+
+
+_TEMPORARY = re.compile(r"\.(?P<stem>.+)\.[0-9]+\.tmp(?P<suffix>\.[^.]+|)")
+
+
 def write_text(text: str, path: Path) -> None:
     """Writes UTF-8 text."""
     replace_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
@@ -57,7 +72,14 @@ def write_text(text: str, path: Path) -> None:
 
 def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
     """Writes a dataset as NetCDF 4."""
-    replace_file(path, lambda temporary: dataset.to_netcdf(temporary, engine="h5netcdf"))
+    from xarray.backends import H5NetCDFStore
+
+    h5netcdf: Any = importlib.import_module("h5netcdf")  # it comes without hints
+    # made in memory: HDF5 crashes the process later if the disk fills up under it
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        dataset.dump_to_store(H5NetCDFStore(file))
+    replace_file(path, lambda temporary: temporary.write_bytes(content.getbuffer()))
 
 
 def write_csv(dataset: xarray.Dataset, path: Path) -> None:

@@ -16,6 +16,7 @@ every use should show what another grip does (`loose`, `tight`, `GripStiffness.s
 
 import dataclasses
 import math
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ from drake_racket.files import write_text
 from drake_racket.models import data_directory
 from drake_racket.quantities import Quantities, check_fields, many
 from drake_racket.racket import Racket
-from drake_racket.typed_yaml import load_file
+from drake_racket.typed_yaml import load_file, name_or_path
 
 GRIPS = ("loose", "normal", "tight")
 
@@ -83,13 +84,14 @@ def _times(values: Quantities, factor: float) -> Quantities:
     return Quantities(scaled, values.unit, "inferred", f"{factor:g} times: {values.source}")
 
 
-def load_grip(grip: str = "normal") -> GripStiffness:
+def load_grip(grip: str | os.PathLike[str] = "normal") -> GripStiffness:
     """Loads the shipped grip by name, or any grip from its YAML file.
 
     Raises:
         InputError: unknown name, unreadable file, or content that does not fit.
 
     """
+    grip = name_or_path(grip, "grip")
     if grip.endswith((".yaml", ".yml")):
         path = Path(grip)
     elif grip in GRIPS:
@@ -145,7 +147,8 @@ class Grip:
     def set_stiffness(self, root: Context, grip: GripStiffness) -> None:
         """Writes another grip into a Context: the plant's, or one of a Diagram that holds it.
 
-        A weld has no stiffness: nothing to write.
+        A weld has no stiffness: nothing to write. A GripLoad holds the constants by itself:
+        `set_grip_load_parameters` copies them there.
 
         Raises:
             InputError: the grip is not valid.

@@ -134,7 +134,8 @@ def add_grip_load(
 ) -> Any:
     """Adds a GripLoad for `grip` to `builder` and connects it; returns the system.
 
-    Call it after `plant.Finalize()`.
+    Call it after `plant.Finalize()`. It counts with the constants that the grip was added with;
+    after `Grip.set_stiffness` on a Context call `set_grip_load_parameters`.
 
     Raises:
         InputError: the plant is not finalized.

@@ -1,4 +1,4 @@
-"""The labelled time history of a run: names, units, frames; no visualizer. `files` writes it."""
+"""The labelled time history of a run: names, units, frames; no visualizer; see `histories`."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RollPitchYaw
 
+from drake_racket.contact import CONTACT
+from drake_racket.contact_state import TOUCH
 from drake_racket.describe import frame_fundamentals
 from drake_racket.history_geometry import (
     LoggedGeometry,
@@ -64,7 +66,7 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
 
     geometry = LoggedGeometry(run)
     rows = [_sample(run, i, geometry) for i in range(len(run.time))]
-    touch = float(run.contact_state[-1, 11])  # time of first touch
+    touch = float(run.contact_state[-1, TOUCH])
     zero = touch if np.isfinite(touch) else 0.0
 
     def column(name: str) -> NDArray[np.float64]:
@@ -200,7 +202,7 @@ def _sample(run: Run, index: int, geometry: LoggedGeometry) -> dict[str, Any]:
     sample = {
         "ball_position": impact.ball.body.EvalPoseInWorld(context).translation(),
         "ball_velocity": impact.ball.body.EvalSpatialVelocityInWorld(context).translational(),
-        "in_contact": float(phase == 1.0),
+        "in_contact": float(phase == CONTACT),
         "contact_point": point,
         "compression": x,
         "normal_force": normal,

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
 from drake_racket.errors import InputError
 from drake_racket.grip import GripStiffness, check_grip
+from drake_racket.number_checks import finite_number
 from drake_racket.parameters import (
     BallParameters,
     RacketParameters,
@@ -100,7 +100,10 @@ def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = 
         return parameters
     places = _places(parameters)
     check_known(mine, places, where)
-    numbers = {k: _number(v, places[k].unit, f"{where}.{k}") for k, v in mine.items()}
+    numbers = {
+        k: finite_number(f"{where}.{k}", v, f"a finite number ({places[k].unit})")
+        for k, v in mine.items()
+    }
     _check_once(numbers, places, where)
     new = _with_numbers(parameters, numbers, places)
     error = _error(new)
@@ -178,19 +181,6 @@ def _spring_stiffness(racket: RacketParameters) -> list[float]:
         factor = bed.rim_factors.value[p] if p >= 0 else 1.0
         stiffness.append(bed.stiffness.value[k] * factor)
     return stiffness
-
-
-def _number(value: object, unit: str, key: str) -> float:
-    allowed = f"a finite number ({unit})"
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(key, value, allowed)
-    try:
-        number = float(value)
-    except OverflowError:
-        raise InputError(key, value, allowed) from None
-    if not math.isfinite(number):
-        raise InputError(key, value, allowed)
-    return number
 
 
 def _check_once(numbers: Mapping[str, float], places: Mapping[str, _Place], where: str) -> None:

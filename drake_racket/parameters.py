@@ -9,11 +9,13 @@ Points 1-9 are numbered row by row as seen from +z with the tip up, so that +y i
 """
 
 import dataclasses
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from drake_racket.errors import InputError
 from drake_racket.models import data_directory
+from drake_racket.number_checks import finite_number
 from drake_racket.quantities import (
     Assignment,
     Choice,
@@ -25,7 +27,7 @@ from drake_racket.quantities import (
     one,
 )
 from drake_racket.strings import POINTS, SPRING_NAMES, spring_formula
-from drake_racket.typed_yaml import load_file
+from drake_racket.typed_yaml import load_file, name_or_path
 
 RACKETS = ("tour", "recreational")
 TENSIONS = ("low", "high")
@@ -157,7 +159,10 @@ class BallParameters:
 
 
 def load_racket(
-    racket: str = "tour", tension: str = "low", *, joint_reading: str | None = None
+    racket: str | os.PathLike[str] = "tour",
+    tension: str | float = "low",
+    *,
+    joint_reading: str | None = None,
 ) -> RacketParameters:
     """Loads a shipped racket by name, or any racket from its YAML file.
 
@@ -172,6 +177,7 @@ def load_racket(
         InputError: unknown name, unreadable file, or content that does not fit.
 
     """
+    racket = name_or_path(racket, "racket")
     if racket.endswith((".yaml", ".yml")):
         if tension != "low":
             raise InputError("tension", tension, "no tension beside a parameter file (it has one)")
@@ -191,10 +197,11 @@ def load_racket(
     return dataclasses.replace(parameters, throat_joint=joint)
 
 
-def _at_tension(racket: str, tension: str) -> RacketParameters:
+def _at_tension(racket: str, tension: str | float) -> RacketParameters:
     allowed = f"{', '.join(TENSIONS)} or a stringing tension in N between 150 and 450"
     try:
-        newton = float(tension)
+        number = float(tension) if isinstance(tension, str) else tension
+        newton = finite_number("tension", number, allowed)
     except ValueError:
         raise InputError("tension", tension, allowed) from None
     if not 150.0 <= newton <= 450.0:
@@ -229,13 +236,14 @@ def _at_tension(racket: str, tension: str) -> RacketParameters:
     )
 
 
-def load_ball(ball: str = "penn_titanium") -> BallParameters:
+def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
     """Loads the shipped ball by name, or any ball from its YAML file.
 
     Raises:
         InputError: unknown name, unreadable file, or content that does not fit.
 
     """
+    ball = name_or_path(ball, "ball")
     if ball.endswith((".yaml", ".yml")):
         return read_ball(Path(ball))
     if ball not in BALLS:

@@ -5,13 +5,13 @@ they are not frozen, and this module does not postpone annotations.
 """
 
 import dataclasses
-import math
 import typing
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 from drake_racket.errors import InputError
+from drake_racket.number_checks import finite_number, plain_numbers
 
 STATUSES = ("printed", "calculated", "measured", "fitted", "inferred")
 """How a value is known: printed in the source, calculated from printed numbers, measured or fitted
@@ -27,6 +27,10 @@ class Quantity:
     status: str = ""
     source: str = ""
 
+    def __post_init__(self) -> None:
+        """NumPy's numbers become Python's: SDF and YAML are written from them."""
+        plain_numbers(self)
+
 
 @dataclass
 class Quantities:
@@ -36,6 +40,10 @@ class Quantities:
     unit: str = ""
     status: str = ""
     source: str = ""
+
+    def __post_init__(self) -> None:
+        """As a Quantity's."""
+        plain_numbers(self)
 
 
 @dataclass
@@ -112,12 +120,12 @@ def _check_one(value: Sourced, rule: dict[str, Any], key: str) -> None:
         return
     if value.unit != rule["unit"]:
         raise InputError(f"{key}.unit", value.unit, repr(rule["unit"]))
+    plain_numbers(value)
     numbers = value.value if isinstance(value, Quantities) else [value.value]
     if isinstance(value, Quantities) and len(numbers) < rule["least"]:
         raise InputError(f"{key}.value", numbers, f"at least {rule['least']} numbers")
     for number in numbers:
-        if not math.isfinite(number):
-            raise InputError(f"{key}.value", number, "a finite number")
+        finite_number(f"{key}.value", number)
         if rule["sign"] == "positive" and not number > 0:
             raise InputError(f"{key}.value", number, "more than 0")
         if rule["sign"] == "non-negative" and not number >= 0:

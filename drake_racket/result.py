@@ -49,9 +49,11 @@ class ImpactResult:
         kb, cb: as latched at the normal approach speed `normal_approach_speed`.
         racket_velocity, racket_angular_velocity: (3,) of the racket's rigid motion at the end:
             velocity of its centre of mass, and its rotation.
-        peak_handle_acceleration: largest magnitude at the frame `accelerometer`.
+        peak_handle_acceleration: largest magnitude at the frame `accelerometer`; None without the
+            history, and from a discrete plant, which has no acceleration of an instant.
         peak_in_plane_angle, peak_out_of_plane_angle: largest magnitudes at the throat joint.
-        energy_error: largest |E(t) - E(0)| over the initial kinetic energy.
+        energy_error: largest |E(t) - E(0)| over the initial kinetic energy; without the history it
+            and the next two are those at the end of the run.
         momentum_error: free racket: largest change of total linear momentum over the initial
             momentum; held racket: the ball's momentum against the impulse of the contact force.
         angular_momentum_error: free racket only; about the butt, relative to the initial value.
@@ -231,6 +233,8 @@ def _peak_acceleration(dataset: xarray.Dataset | None) -> float | None:
     if dataset is None:
         return None
     magnitude = np.linalg.norm(dataset["handle_acceleration"].to_numpy(), axis=1)
+    if not np.isfinite(magnitude).all():
+        return None
     return _peak(dataset["time"].to_numpy(), magnitude)
 
 

@@ -15,6 +15,7 @@ from drake_racket.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.errors import InputError
 from drake_racket.grip import GRIP_KINDS, GripStiffness, load_grip
 from drake_racket.limbs.settings import LimbSettings, check_limb_settings
+from drake_racket.number_checks import number_between, plain_numbers
 from drake_racket.overrides import apply_overrides, check_known, parameter_keys
 from drake_racket.parameters import (
     BallParameters,
@@ -26,6 +27,8 @@ from drake_racket.typed_yaml import load_file, load_text
 
 SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip", "limb")
 SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")
+MAXIMUM_STEP = 2e-4
+"""s, of a run with an impact: the default, and the longest measured (docs/performance.md)."""
 
 
 @dataclass
@@ -36,6 +39,10 @@ class IntegratorSettings:
     accuracy: float = 2e-4  # target of the error control, relative
     maximum_step: float = 2e-4  # s; the fixed step without error control
     error_control: bool = True
+
+    def __post_init__(self) -> None:
+        """Numbers become Python floats."""
+        plain_numbers(self)
 
 
 @dataclass
@@ -90,8 +97,9 @@ class Scenario:
     integrator: IntegratorSettings = field(default_factory=IntegratorSettings)
 
     def __post_init__(self) -> None:
-        """Takes the numbers that Python users may write for point and tension."""
+        """Point and tension may be written as numbers; all other numbers become Python floats."""
         self.point, self.tension = str(self.point), str(self.tension)
+        plain_numbers(self)
 
     def point_number(self) -> int:
         """1-9, or 0 for `auto`."""
@@ -171,24 +179,27 @@ def parse_scenario(text: str, where: str = "scenario") -> Scenario:
 def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
     """Checks every value, the parameter files it names, and where the ball is aimed.
 
+    Numbers that were set after the scenario was made become Python floats.
+
     Raises:
         InputError: naming the key, the value and what is allowed.
 
     """
+    plain_numbers(scenario)
     _check_types(scenario, where)
     for key, choices in _CHOICES.items():
         value = getattr(scenario, key)
         if value not in choices:
             raise InputError(f"{where}: {key}", value, ", ".join(c for c in choices if c))
     for key, (least, most, unit) in _RANGES.items():
-        _check_range(getattr(scenario, key), least, most, unit, f"{where}: {key}")
+        number_between(f"{where}: {key}", getattr(scenario, key), least, most, unit)
     if len(scenario.gravity) != 3:
         raise InputError(f"{where}: gravity", scenario.gravity, "three numbers (m/s^2)")
     for number in scenario.gravity:
-        _check_range(number, -100.0, 100.0, "m/s^2", f"{where}: gravity")
+        number_between(f"{where}: gravity", number, -100.0, 100.0, "m/s^2")
     if 0.0 < scenario.time_step < 1e-7:
         raise InputError(f"{where}: time_step", scenario.time_step, "0, or 1e-7 to 1e-3 s")
-    _check_integrator(scenario.integrator, f"{where}: integrator")
+    check_integrator(scenario.integrator, f"{where}: integrator")
     racket, ball, grip = scenario.load_racket(), scenario.load_ball(), scenario.load_grip()
     if scenario.overrides:
         stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
@@ -231,24 +242,20 @@ def _check_grip_overrides(scenario: Scenario, where: str) -> None:
             raise InputError(name, value, "torques alone with grip_kind torsional")
 
 
-def _check_integrator(settings: IntegratorSettings, where: str) -> None:
+def check_integrator(
+    settings: IntegratorSettings, where: str = "integrator", longest: float = MAXIMUM_STEP
+) -> None:
+    """Checks the settings' ranges, steps up to `longest` (s); raises InputError."""
     if settings.scheme not in SCHEMES:
         raise InputError(f"{where}.scheme", settings.scheme, ", ".join(SCHEMES))
-    _check_range(settings.accuracy, 1e-12, 0.1, "1", f"{where}.accuracy")
-    _check_range(settings.maximum_step, 1e-7, 2e-4, "s", f"{where}.maximum_step")
+    number_between(f"{where}.accuracy", settings.accuracy, 1e-12, 0.1, "1")
+    number_between(f"{where}.maximum_step", settings.maximum_step, 1e-7, longest, "s")
     if not isinstance(settings.error_control, bool):
         raise InputError(f"{where}.error_control", settings.error_control, "true or false")
     if settings.scheme == "runge_kutta2" and settings.error_control:
         raise InputError(
             f"{where}.error_control", True, "false with runge_kutta2, which estimates no error"
         )
-
-
-def _check_range(value: object, least: float, most: float, unit: str, key: str) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InputError(key, value, "a finite number")
-    if not least <= value <= most:
-        raise InputError(key, value, f"{least:g} to {most:g} {unit}")
 
 
 def _check_aim(scenario: Scenario, racket: RacketParameters, where: str) -> None:

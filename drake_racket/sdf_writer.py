@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pydrake.math import RotationMatrix
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
+from drake_racket.files import write_text
 from drake_racket.limbs.upper_limb_sdf import shipped_limb_models
 from drake_racket.models import sdf_directory
 from drake_racket.parameters import (
@@ -113,8 +114,8 @@ def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: boo
 def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
     """SDF text of the ball: one free body.
 
-    The contact force goes through its centre, so that it never spins and moves as the point mass
-    of the paper. Drake needs a rotational inertia; a thin shell's, 2/3 m r^2, is given.
+    The contact force goes through its centre: it moves as the point mass of the paper, and keeps
+    what spin it is given. Drake needs a rotational inertia; a thin shell's, 2/3 m r^2, is given.
     """
     body = [
         f'  <model name="{name or ball.name}">',
@@ -212,4 +213,4 @@ def shipped_models() -> dict[str, str]:
 def write_shipped_models() -> None:
     """Writes the shipped models."""
     for name, text in shipped_models().items():
-        (sdf_directory() / name).write_text(text, encoding="utf-8")
+        write_text(text, sdf_directory() / name)

@@ -15,7 +15,12 @@ from drake_racket.energy import TOTALS
 from drake_racket.errors import InputError
 from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.result import ImpactResult, make_result
-from drake_racket.scenario import IntegratorSettings, Scenario, check_scenario
+from drake_racket.scenario import (
+    IntegratorSettings,
+    Scenario,
+    check_integrator,
+    check_scenario,
+)
 
 MOST_STEPS = 5_000_000
 """A run that takes more steps than this is stopped with an error."""
@@ -32,7 +37,8 @@ class Run:
     Attributes:
         time: (n,) s, from the start of the run; touch and release are among the times.
         plant_state: (n, nq + nv) the plant's [q; v].
-        contact_state: (n, 15) the BallContact's discrete state, after any event at that time.
+        contact_state: (n, 15), with a discrete plant (n, 29): the BallContact's discrete state,
+            after any event at that time.
         totals: (n, 9) the EnergyMeter's totals, NaN without a meter; (n, 12) with a limb, whose
             work and losses follow.
         steps, evaluations: of the integrator.
@@ -80,7 +86,8 @@ def simulate(
         system: a Diagram from `make_impact_diagram` to use again; built if None. It must have the
             scenario's topology.
         history: evaluate accelerations and energies at every step; without it the run is faster
-            and `ImpactResult.history` and what is read from it are None.
+            `ImpactResult.history` and what is read from it are None, and the balance is that of
+            the end alone.
 
     Raises:
         InputError: the scenario is not valid or needs another Diagram.
@@ -135,7 +142,15 @@ def configure_integrator(
 
     Drake isolates a witness's zero to 0.01 x accuracy x 1 s with error control, and to 0.01 x
     accuracy x step without: touch and release are placed within a nanosecond or better.
+
+    Args:
+        discrete: the plant has a time step; accuracy and error control are then Drake's.
+
+    Raises:
+        InputError: settings out of range.
+
     """
+    check_integrator(settings, longest=1.0)  # what has no impact may take longer steps
     ResetIntegratorFromFlags(simulator, settings.scheme, settings.maximum_step)
     integrator = simulator.get_mutable_integrator()
     context = simulator.get_mutable_context()

@@ -41,6 +41,9 @@ POINTS: dict[int, tuple[int, int]] = {
 }
 """Point -> (column, row) in spacings from the centre: +1 column is +y (left), +1 row is the tip."""
 
+POINT_NUMBERS = tuple(POINTS)
+"""1 to 9."""
+
 _MAINS = [(1, 4, 7), (2, 5, 8), (3, 6, 9)]
 _CROSSES = [(1, 2, 3), (4, 5, 6), (7, 8, 9)]
 

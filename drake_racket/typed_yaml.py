@@ -11,6 +11,7 @@ import copy
 import dataclasses
 import functools
 import math
+import os
 import types
 import typing
 import unicodedata
@@ -25,6 +26,16 @@ from drake_racket.errors import InputError
 T = TypeVar("T")
 
 MAX_BYTES = 100_000  # a parameter file is a few kB; this stops a wrong file early
+
+
+def name_or_path(given: str | os.PathLike[str], key: str) -> str:
+    """A shipped file's name or a path, as text; raises InputError where it is neither."""
+    text: object = None
+    if isinstance(given, str | os.PathLike):
+        text = os.fspath(given)
+    if not isinstance(text, str):
+        raise InputError(key, given, "a name or a path")
+    return text
 
 
 def load_file(path: Path, schema: type[T], *, complete: bool) -> T:

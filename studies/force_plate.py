@@ -14,7 +14,8 @@ from drake_racket.errors import InputError, one_line_errors
 from drake_racket.files import check_directory, write_csv, write_figure, write_netcdf, write_table
 from drake_racket.parameters import load_ball
 from drake_racket.plots.force_plate import force_plate_figure
-from drake_racket.rigs.force_plate import SPEEDS, plate_dataset
+from drake_racket.rigs.force_plate import plate_dataset
+from drake_racket.rigs.head_clamped import CANNON_SPEEDS
 from drake_racket.rigs.plate_force import SAMPLE_RATE, analyse_force
 from drake_racket.signals import Signal, read_signal
 
@@ -25,7 +26,7 @@ def main() -> None:
     """Runs the study."""
     parser = argparse.ArgumentParser(description="The ball on a rigid force plate.")
     parser.add_argument("--out", type=Path, default=Path("force_plate"), help="output directory")
-    parser.add_argument("--speeds", type=float, nargs="+", default=list(SPEEDS), help="m/s")
+    parser.add_argument("--speeds", type=float, nargs="+", default=list(CANNON_SPEEDS), help="m/s")
     parser.add_argument("--ball", default="penn_titanium", help="name, or a YAML file")
     parser.add_argument("--rate", type=float, default=SAMPLE_RATE, help="of the samples, Hz")
     parser.add_argument("--signal", type=Path, help="CSV with time [s] and force [N]")

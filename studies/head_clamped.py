@@ -17,10 +17,10 @@ from drake_racket.files import check_directory
 from drake_racket.plots.restitution import bed_maps, oblique_figure, restitution_over_speed
 from drake_racket.rigs.head_clamped import (
     CANNON_SPEEDS,
-    POINTS,
     normal_impacts,
     oblique_impacts,
 )
+from drake_racket.strings import POINT_NUMBERS
 
 
 def main() -> None:
@@ -29,7 +29,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("head_clamped"), help="output directory")
     parser.add_argument("--racket", nargs="+", default=["tour", "recreational"])
     parser.add_argument("--tension", nargs="+", default=["low", "high"])
-    parser.add_argument("--points", type=int, nargs="+", default=list(POINTS))
+    parser.add_argument("--points", type=int, nargs="+", default=list(POINT_NUMBERS))
     parser.add_argument("--speeds", type=float, nargs="+", default=list(CANNON_SPEEDS), help="m/s")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     options = parser.parse_args()

@@ -26,14 +26,14 @@ from drake_racket.files import (
     write_text,
 )
 from drake_racket.grip import GRIPS
-from drake_racket.limbs.settings import JOINT_TORQUES
+from drake_racket.limbs.joint_torques import JOINT_TORQUES
 from drake_racket.plots.grip_and_location import (
     grip_histories,
     joint_histories,
     load_histories,
     location_maps,
 )
-from drake_racket.rigs.grip_and_location import POINTS, backhand_scenario, grip_and_location
+from drake_racket.rigs.grip_and_location import backhand_scenario, grip_and_location
 from drake_racket.rigs.grip_findings import (
     Finding,
     findings,
@@ -42,13 +42,14 @@ from drake_racket.rigs.grip_findings import (
     summary,
 )
 from drake_racket.scenario import changed
+from drake_racket.strings import POINT_NUMBERS
 
 
 def main() -> None:
     """Reads the options, runs the rig, prints and writes."""
     parser = argparse.ArgumentParser(description="Impact location and grip tightness, backhand.")
     parser.add_argument("--out", type=Path, default=Path("impact_location_and_grip"))
-    parser.add_argument("--points", type=int, nargs="+", default=list(POINTS))
+    parser.add_argument("--points", type=int, nargs="+", default=list(POINT_NUMBERS))
     parser.add_argument(
         "--grips", nargs="+", default=list(GRIPS), help="loose, normal, tight, or YAML files"
     )

@@ -14,7 +14,8 @@ from drake_racket.errors import one_line_errors
 from drake_racket.files import check_directory
 from drake_racket.plots.restitution import along_axis_figure, bed_maps
 from drake_racket.rigs.mode_shapes import head_node
-from drake_racket.rigs.restitution_map import POINTS, along_axis, axis_offsets, restitution_map
+from drake_racket.rigs.restitution_map import along_axis, axis_offsets, restitution_map
+from drake_racket.strings import POINT_NUMBERS
 
 
 def main() -> None:
@@ -23,7 +24,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("moving_racket"), help="output directory")
     parser.add_argument("--racket", nargs="+", default=["tour", "recreational"])
     parser.add_argument("--support", nargs="+", default=["free", "grip", "clamped_handle"])
-    parser.add_argument("--points", type=int, nargs="+", default=list(POINTS))
+    parser.add_argument("--points", type=int, nargs="+", default=list(POINT_NUMBERS))
     parser.add_argument("--step", type=float, default=0.01, help="along the axis (m)")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     options = parser.parse_args()

@@ -12,14 +12,15 @@ from drake_racket import write_figure, write_netcdf, write_table
 from drake_racket.errors import one_line_errors
 from drake_racket.files import check_directory
 from drake_racket.plots.static_stiffness import stiffness_figure
-from drake_racket.rigs.static_stiffness import FORCES, POINTS, mean_difference, stiffness_dataset
+from drake_racket.rigs.static_stiffness import FORCES, mean_difference, stiffness_dataset
+from drake_racket.strings import POINT_NUMBERS
 
 
 def main() -> None:
     """Reads the options, runs the rig, prints and writes."""
     parser = argparse.ArgumentParser(description="Static string-bed stiffness by point.")
     parser.add_argument("--out", type=Path, default=Path("static_stiffness"), help="directory")
-    parser.add_argument("--points", type=int, nargs="+", default=list(POINTS))
+    parser.add_argument("--points", type=int, nargs="+", default=list(POINT_NUMBERS))
     parser.add_argument("--forces", type=float, nargs="+", default=list(FORCES), help="N")
     options = parser.parse_args()
     check_directory(options.out, "--out")

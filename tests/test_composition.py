@@ -191,6 +191,59 @@ def test_the_unstrung_racket_has_no_string_bed():
         dr.add_impact(builder, plant, racket)
 
 
+def test_add_contact_takes_no_unstrung_racket():
+    builder = DiagramBuilder()
+    plant = builder.AddSystem(MultibodyPlant(0.0))
+    racket = dr.add_racket(plant, dr.load_racket(), strung=False)
+    ball = dr.add_ball(plant, dr.load_ball())
+    with pytest.raises(dr.InputError, match="add_contact: racket"):
+        dr.add_contact(builder, plant, racket, ball, name="contact")
+    assert not plant.is_finalized()
+
+
+def test_a_meter_of_one_s_own_counts_the_joint_s_damping():
+    builder = DiagramBuilder()
+    plant, [racket], [ball] = plant_with(builder, "mine")
+    impact = dr.add_impact(builder, plant, racket, ball, point=2)
+    meter = dr.add_energy_meter(builder, plant, impact)
+    simulator = Simulator(builder.Build())
+    dr.configure_integrator(simulator, dr.IntegratorSettings())
+    root = simulator.get_mutable_context()
+    context = plant.GetMyMutableContextFromRoot(root)
+    at = RigidTransform(np.add(racket.parameters.point(2), [0.0, 0.0, 0.005]))
+    plant.SetFreeBodyPose(context, ball.body, at)
+    velocity = SpatialVelocity(np.zeros(3), np.array([0.0, 0.0, -25.0]))
+    plant.SetFreeBodySpatialVelocity(context, ball.body, velocity)
+    before = dr.balance(impact, meter, root, held=False)
+    simulator.AdvanceTo(0.02)
+    after = dr.balance(impact, meter, root, held=False)
+    assert after.lost_joint > 1e-3 * before.total()
+    assert after.total() == pytest.approx(before.total(), rel=1e-4)
+    other = DiagramBuilder()
+    strange, [lonely], _ = plant_with(other, "lonely")
+    bare = dr.add_impact(other, strange, lonely)
+    with pytest.raises(dr.InputError, match="add_energy_meter: impact"):
+        dr.add_energy_meter(builder, plant, bare)
+    with pytest.raises(dr.InputError, match="balance: impact"):
+        dr.balance(bare, meter, root, held=False)
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"scheme": "nope"}, r"integrator\.scheme"),
+        ({"maximum_step": 0.0, "error_control": False}, r"integrator\.maximum_step"),
+        ({"accuracy": float("nan")}, r"integrator\.accuracy"),
+    ],
+)
+def test_settings_of_one_s_own_simulator_are_checked(changes, match):
+    builder = DiagramBuilder()
+    plant_with(builder, "mine")
+    simulator = Simulator(builder.Build())
+    with pytest.raises(dr.InputError, match=match):
+        dr.configure_integrator(simulator, dr.IntegratorSettings(**changes))
+
+
 def test_first_impact_study(tmp_path):
     out = tmp_path / "study"
     done = subprocess.run(

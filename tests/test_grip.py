@@ -12,7 +12,14 @@ import pytest
 import xarray
 from pydrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
 
-from drake_racket import InputError, IntegratorSettings, Scenario, make_impact_diagram, simulate
+from drake_racket import (
+    InputError,
+    IntegratorSettings,
+    Scenario,
+    make_impact_diagram,
+    set_grip_load_parameters,
+    simulate,
+)
 from drake_racket.grip import load_grip, write_grip
 
 STUDY = Path(__file__).resolve().parent.parent / "studies" / "grip_limits.py"
@@ -68,6 +75,11 @@ def test_the_first_load_is_the_spring_law_at_rest():
     np.testing.assert_allclose(load[3:], np.array(grip.force_stiffness.value) * d, rtol=1e-12)
     # the bushing's force acts halfway between the two frames: the couple is that of the offset
     np.testing.assert_allclose(load[:3], np.cross(0.5 * d, load[3:]), atol=1e-12)
+    tight = load_grip("tight")
+    system.grip.set_stiffness(root, tight)
+    set_grip_load_parameters(system.grip_load, system.grip, root)
+    load = system.diagram.GetOutputPort("hand_load").Eval(root)
+    np.testing.assert_allclose(load[3:], np.array(tight.force_stiffness.value) * d, rtol=1e-12)
 
 
 def test_restitution_goes_from_the_free_to_the_clamped_racket(tmp_path):

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import importlib.metadata
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_racket import InputError, Scenario, make_impact_diagram, simulate
+from drake_racket.environment import environment
 from drake_racket.limbs.stroke_target import face_rotation
 from drake_racket.rigs.grip_and_location import (
     LONGEST,
@@ -171,6 +174,29 @@ def test_finished_runs_are_taken_from_the_directory(output, dataset):
     spoilt.write_bytes(b"no NetCDF")
     assert _kept(store, spoilt.stem.removeprefix("case_")) is None
     spoilt.unlink()
+
+
+def other_numba(name: str, real=importlib.metadata.distribution):
+    return SimpleNamespace(version="0.0") if name == "numba" else real(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("platform.python_version", lambda: "3.11.99"),
+        ("platform.machine", lambda: "another"),
+        ("importlib.metadata.distribution", other_numba),
+    ],
+)
+def test_a_kept_run_of_another_environment_is_not_taken(monkeypatch, name, value):
+    """What makes a sweep another one makes a run of this rig another one."""
+    environment.cache_clear()
+    here = _fingerprint(backhand_scenario())
+    environment.cache_clear()
+    monkeypatch.setattr(name, value)
+    elsewhere = _fingerprint(backhand_scenario())
+    environment.cache_clear()
+    assert here != elsewhere
 
 
 @pytest.mark.slow

@@ -834,8 +834,6 @@ def test_pictures_name_their_units() -> None:
     assert axes.get_ylabel() == "model - measured [mV]"
     drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
     np.testing.assert_allclose(drawn["tip"], 1e3 * result.residuals[::2])
-    figure = pictures.profile_figure([profile(problem, result, n, points=5) for n in "abc"])
-    assert [axes.get_xlabel() for axes in figure.axes] == ["a [V]", "b [1/s]", "c [V]"]
     axes = pictures.starts_figure(result).axes[0]
     assert axes.get_ylabel() == "lowest RMS so far [V]"
     assert len([line for line in axes.lines if len(line.get_xdata()) > 1]) == 3

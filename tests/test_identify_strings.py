@@ -244,6 +244,16 @@ def test_table_of_the_study_is_read(tmp_path: Path) -> None:
     assert table.restitution[0] == float(data["restitution"].sel(tension="low").squeeze())
 
 
+def test_bounds_are_narrower_for_annealing(oracle: RestitutionTable) -> None:
+    annealing = Search(method="annealing", starts=1, evaluations=5)
+    for options, span in ((Search(starts=1), 10.0), (annealing, 3.0)):
+        fit = fit_string_bed(
+            oracle, load_racket(), load_ball(), free=["T0"], start={"T0": 600.0}, options=options
+        )
+        bounds = fit.result.parameters[0]
+        assert (bounds.lower, bounds.upper) == pytest.approx((600.0 / span, 600.0 * span))
+
+
 BAD_OPTIONS = {
     "unknown": ({"free": ["T0", "k9"]}, "free: got 'k9'"),
     "twice": ({"free": ["T0", "T0"]}, "each once"),

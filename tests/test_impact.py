@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 
 from drake_racket import InputError, IntegratorSettings, Scenario, make_impact_diagram, simulate
 from tests.conftest import BEDS, free_parameters
@@ -225,6 +226,33 @@ def _check_discrete(racket, tension, support):
     base = Scenario(racket=racket, tension=tension, support=support, after=0.007, speed=28.0)
     points = range(1, 10)
     np.testing.assert_allclose(_speeds(base, 1e-5, points), _speeds(base, 0.0, points), rtol=1e-3)
+
+
+@pytest.mark.parametrize("support", ["free", "clamped_head"])
+def test_a_discrete_result_does_not_hang_on_the_simulator_s_steps(support):
+    """The audit's meter, and pieces of an AdvanceTo, make steps between those of the plant."""
+    base = Scenario(support=support, time_step=1e-5, approach_time=1.03e-4, after=0.006)
+    audited = simulate(base, history=False)
+    plain = dataclasses.replace(base, audit=False)
+    system = make_impact_diagram(plain)
+    alone = simulate(plain, system, history=False)
+    np.testing.assert_allclose(audited.rebound_velocity, alone.rebound_velocity, rtol=1e-12)
+    assert audited.touch_time == alone.touch_time
+    simulator = Simulator(system.diagram, system.create_context(plain))
+    simulator.Initialize()
+    for time in np.arange(0.0, base.approach_time + base.after, 3.7e-6):
+        simulator.AdvanceTo(time)
+    ball = system.impact.ball.body
+    context = system.plant.GetMyContextFromRoot(simulator.get_context())
+    velocity = ball.EvalSpatialVelocityInWorld(context).translational()
+    np.testing.assert_allclose(velocity, alone.rebound_velocity, rtol=1e-12, atol=1e-12)
+
+
+def test_a_discrete_plant_s_impulse_is_what_the_ball_receives():
+    base = Scenario(support="clamped_head", time_step=1e-5, after=0.006, incidence_deg=20.0)
+    for approach_time in (1.01e-4, 1.06e-4, 0.0):
+        scenario = dataclasses.replace(base, approach_time=approach_time)
+        assert simulate(scenario, history=False).momentum_error < 1e-12
 
 
 def test_a_discrete_contact_is_of_second_order():

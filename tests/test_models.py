@@ -69,6 +69,15 @@ def test_the_writer_writes_those_files(tmp_path, monkeypatch):
     assert written == expected
 
 
+def test_a_model_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    monkeypatch.setattr(sdf_writer, "sdf_directory", lambda: tmp_path)
+    monkeypatch.setattr(sdf_writer, "shipped_models", lambda: {"a.sdf": "new\ud800"})
+    (tmp_path / "a.sdf").write_text("old")
+    with pytest.raises(UnicodeEncodeError):  # as good a failure as a full disk
+        sdf_writer.write_shipped_models()
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.sdf": "old"}
+
+
 def test_package_map_by_function_twice_and_by_package_xml():
     package_map = PackageMap()
     add_to_package_map(package_map)

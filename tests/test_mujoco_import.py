@@ -366,6 +366,17 @@ def test_models_that_drake_cannot_hold_are_refused():
         import_mujoco(MultibodyPlant(0.0), model)
 
 
+def test_a_joint_with_two_couplings_is_kept_or_refused_before_anything_is_added():
+    model, plant = compile_model(COUPLED), MultibodyPlant(0.0)
+    model.eq_obj1id[1] = model.joint("y").id
+    with pytest.raises(InputError, match="couplings='keep'"):
+        import_mujoco(plant, model)
+    assert not plant.HasModelInstanceNamed("limb")
+    limb = import_mujoco(plant, model, couplings="keep")
+    assert limb.limb.joint_names() == ["x", "y", "z", "w"]
+    assert limb.left_out.names("joint couplings") == ("y",)
+
+
 def test_armature_alone_carries_a_massless_end():
     model = compile_model(SEVERAL.replace('name="h3"', 'name="h3" armature="0.02"'))
     model.body_mass[3], model.body_inertia[3] = 0.0, 0.0

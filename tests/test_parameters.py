@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
+import os
 import shutil
 from pathlib import Path
 
@@ -13,7 +15,10 @@ import yaml
 
 from drake_racket.describe import frame_fundamentals, racket_properties
 from drake_racket.errors import InputError
+from drake_racket.grip import load_grip
+from drake_racket.limbs.upper_limb_parameters import load_upper_limb
 from drake_racket.models import data_directory
+from drake_racket.overrides import apply_overrides
 from drake_racket.parameters import RacketParameters, check_racket, load_ball, load_racket
 from drake_racket.quantities import (
     STATUSES,
@@ -24,6 +29,7 @@ from drake_racket.quantities import (
     sourced_fields,
 )
 from drake_racket.racket import string_bed_model
+from drake_racket.rigs.bending_mode import bending_mode
 from drake_racket.strings import INCIDENCE, POINTS, SPRING_NAMES, SPRINGS
 from tests.oracles.two_body import free_free_frequency
 
@@ -448,6 +454,45 @@ def test_own_ball_from_an_edited_copy(tmp_path):
     assert dataclasses.replace(ball, mass=load_ball().mass) == load_ball()
 
 
+class DirectoryEntry(os.PathLike):
+    """A path that is no pathlib.Path, as os.DirEntry is."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __fspath__(self):
+        return str(self.path)
+
+
+@pytest.mark.parametrize("kind", [str, Path, DirectoryEntry])
+@pytest.mark.parametrize(
+    ("load", "name"),
+    [
+        (load_racket, "tour_low"),
+        (load_ball, "ball_penn_titanium"),
+        (load_grip, "grip_normal"),
+        (load_upper_limb, "upper_limb"),
+    ],
+)
+def test_a_file_is_given_by_any_kind_of_path(tmp_path, load, name, kind):
+    path = tmp_path / "mine.yaml"
+    shutil.copyfile(data_directory() / f"{name}.yaml", path)
+    assert load(kind(path)) == load()  # the defaults are those files
+    with pytest.raises(InputError, match=r"^file: got '.*none\.yml'; allowed: a readable YAML"):
+        load(kind(tmp_path / "none.yml"))
+    with pytest.raises(InputError, match=r": got .*none.*; allowed: .* or a path ending in \.yaml"):
+        load(kind(tmp_path / "none"))
+
+
+@pytest.mark.parametrize("load", [load_racket, load_ball, load_grip, load_upper_limb])
+@pytest.mark.parametrize("given", [5, None, b"mine.yaml", ["tour"]])
+def test_what_is_no_path_is_refused(load, given):
+    with pytest.raises(InputError) as caught:
+        load(given)
+    assert caught.value.value == given
+    assert caught.value.allowed == "a name or a path"
+
+
 def test_numbers_as_people_write_them(tmp_path):
     # YAML 1.1 reads 1e-3 as text, and 1 as an integer
     changes = {"head.mass.value": "16e-2", "string_bed.initial_tension.value": 650}
@@ -522,11 +567,18 @@ def test_fundamentals_equal_the_closed_form(racket, reading, in_plane, out_of_pl
     )
     assert expected == pytest.approx((in_plane, out_of_plane), abs=0.006)
     parameters = load_racket(racket, joint_reading=reading)
-    # Drake's modes have the joints' damping; it shows in |eigenvalue| not at all
     assert frame_fundamentals(parameters) == pytest.approx(expected, rel=1e-6)
     properties = racket_properties(parameters)
     found = (properties.in_plane_frequency, properties.out_of_plane_frequency)
     assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_an_overdamped_joint_has_its_undamped_frequency_and_no_damped_one():
+    tour = load_racket()
+    damped = apply_overrides(tour, {"racket.throat_joint.in_plane_damping": 5.0})
+    assert frame_fundamentals(damped) == pytest.approx(frame_fundamentals(tour), rel=1e-9)
+    assert math.isnan(bending_mode(damped, "in_plane").damped_frequency)
+    assert bending_mode(tour, "in_plane").damped_frequency > 100.0
 
 
 def test_strings_in_the_fundamentals():

@@ -475,6 +475,28 @@ def test_the_distance_out_of_reach_is_right():
     assert told == pytest.approx(math.hypot(1.6, 0.9) - 0.3 - 0.25 - last, rel=2e-3)
 
 
+@pytest.mark.parametrize("held", [("two",), ("one", "two", "three")])
+def test_the_distance_out_of_reach_with_joints_that_their_limits_hold(held):
+    joints = [
+        (name, axis, offset, (20.0, 20.0) if name in held else limits)
+        for name, axis, offset, limits in PLANAR
+    ]
+    case = make_case(joints)
+    with pytest.raises(InputError, match="stroke: position") as error:
+        solve(case, Stroke(position=[1.6, 0.9, None]))
+    told = float(error.value.allowed.split(" m away")[0].split()[-1])
+    # brute force over the joints that move
+    context = case.plant.CreateDefaultContext()
+    wrist = case.plant.GetFrameByName("three_link")
+    last = complex(*case.gsc.CalcPose(context, wrist).translation()[:2])
+    one, three = np.meshgrid(
+        *(np.linspace(*np.radians(joints[i][3]), 721) for i in (0, 2)), indexing="ij"
+    )
+    two = math.radians(20.0)
+    reached = np.exp(1j * one) * (0.3 + np.exp(1j * two) * (0.25 + np.exp(1j * three) * last))
+    assert told == pytest.approx(np.abs(reached - (1.6 + 0.9j)).min(), rel=2e-3)
+
+
 def test_a_velocity_that_the_limb_cannot_give_is_refused():
     case = CASES[3, "weld"]
     ask = Stroke(position=[0.7, 0.3, None], speed=9.0, velocity_elevation_deg=30.0)

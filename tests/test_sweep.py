@@ -20,9 +20,12 @@ from typer.testing import CliRunner
 
 from drake_racket import InputError, IntegratorSettings, Scenario, SimulationError, simulate
 from drake_racket.cli.sweep import sweep as sweep_command
+from drake_racket.environment import environment
+from drake_racket.files import replace_file
 from drake_racket.sweep import (
     OUTPUTS,
     Progress,
+    SweepStopped,
     flat,
     load_sweep,
     make_sweep,
@@ -30,7 +33,7 @@ from drake_racket.sweep import (
     run_sweep,
 )
 from drake_racket.sweep.cases import make_plan
-from drake_racket.sweep.identity import difference, environment
+from drake_racket.sweep.identity import difference
 from drake_racket.sweep.keys import NUMBER, scenario_keys
 from drake_racket.sweep.worker import DifferentWorker, Settings, Task, run_case
 from tests.conftest import clamped_problem
@@ -282,14 +285,41 @@ def test_fresh_deletes_nothing_of_the_users(tmp_path):
     sweep = make_sweep(BASE, {"point": [5]}, ["kb"])
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "histories").mkdir()
-    (tmp_path / "histories" / "mine.nc").write_text("mine")
+    mine = ["mine.nc", "case_study.txt", ".case_000000.mine.tmp.nc"]
+    for name in mine:
+        (tmp_path / "histories" / name).write_text("mine")
     first = run_sweep(sweep, tmp_path)
     with sqlite3.connect(tmp_path / "sweep.sqlite") as database:
         database.execute("UPDATE cases SET kb = 7.0")
     database.close()
     assert run_sweep(sweep, tmp_path, fresh=True).equals(first)
     assert (tmp_path / "notes.txt").exists()
-    assert (tmp_path / "histories" / "mine.nc").exists()
+    assert all((tmp_path / "histories" / name).exists() for name in mine)
+
+
+def test_fresh_deletes_what_a_killed_sweep_was_writing(tmp_path):
+    sweep = make_sweep(BASE, {"point": [5]}, ["kb"])
+    run_sweep(sweep, tmp_path)
+    (tmp_path / "histories").mkdir()
+    begun = [
+        tmp_path / "histories" / "case_000001.nc",
+        tmp_path / "histories" / "case_1000000.sto",
+        *(tmp_path / f"results.{suffix}" for suffix in ("nc", "csv", "parquet")),
+        tmp_path / "sweep.json",
+    ]
+
+    def killed(path):
+        path.write_text("a part")
+        raise KeyboardInterrupt
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "unlink", lambda *_, **__: None)  # nobody clears up after kill -9
+        for path in begun:
+            with pytest.raises(KeyboardInterrupt):
+                replace_file(path, killed)
+    assert len([*tmp_path.rglob(".*.tmp.*")]) == len(begun)
+    run_sweep(sweep, tmp_path, fresh=True)
+    assert not [*tmp_path.rglob(".*")]
 
 
 def test_flat_rows_are_the_cells(ran):
@@ -517,9 +547,70 @@ def test_ctrl_c_leaves_what_is_finished(tmp_path, monkeypatch):
         assert np.isfinite(dataset["rebound_speed"].to_numpy()).tolist() == [True, False]
 
 
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_results_that_cannot_be_written_stop_the_sweep(tmp_path, monkeypatch, interrupted):
+    import drake_racket.sweep.executors as executors
+
+    sweep = make_sweep(BASE, {"point": [5, 2]}, ["kb"])
+    (tmp_path / "results.nc").mkdir()
+    run_case = executors.run_case
+
+    def interrupt(task):
+        if task.case == 1:
+            raise KeyboardInterrupt
+        return run_case(task)
+
+    with monkeypatch.context() as patch:
+        if interrupted:
+            patch.setattr(executors, "run_case", interrupt)
+        with pytest.raises(SweepStopped, match=r"cannot be written .* goes on from there") as error:
+            run_sweep(sweep, tmp_path)
+    assert "\n" not in str(error.value)
+    assert f"after {1 if interrupted else 2} of 2 cases" in str(error.value)
+    (tmp_path / "results.nc").rmdir()
+    before: list[int] = []
+    run_sweep(sweep, tmp_path, progress=lambda p: before.append(p.before))
+    assert before[-1] == (1 if interrupted else 2)
+
+
 def test_workers_and_a_scheduler_do_not_go_together(tmp_path):
     with pytest.raises(InputError, match="workers: got 2"):
         run_sweep(make_sweep(BASE, {"point": [5]}), tmp_path, workers=2, scheduler="tcp://a:1")
+
+
+@pytest.fixture
+def cluster():
+    """A Dask scheduler in this process, without workers."""
+    distributed = pytest.importorskip("distributed")
+    options = {"processes": False, "protocol": "tcp", "dashboard_address": None}
+    with distributed.LocalCluster(n_workers=0, threads_per_worker=1, **options) as made:
+        yield made
+
+
+@pytest.mark.parametrize("kind", ["client", "address"])
+def test_a_cluster_without_workers_is_refused(tmp_path, monkeypatch, cluster, kind):
+    from distributed import Client
+
+    monkeypatch.setattr("drake_racket.sweep.cluster.WAIT", 0.2)
+    monkeypatch.setattr("drake_racket.sweep.cluster._LOOK", 0.1)
+    sweep = make_sweep(BASE, {"point": [5]}, ["kb"])
+    with Client(cluster, set_as_default=False) as client:
+        scheduler = client if kind == "client" else cluster.scheduler_address
+        with pytest.raises(InputError, match=r"a worker within 0\.2 s"):
+            run_sweep(sweep, tmp_path, scheduler=scheduler)
+        assert client.status == "running"
+
+
+@pytest.mark.parametrize("kind", ["client", "address"])
+def test_workers_that_come_when_there_is_work_are_waited_for(tmp_path, cluster, kind):
+    from distributed import Client
+
+    cluster.adapt(minimum=0, maximum=1, interval="20ms")
+    sweep = make_sweep(BASE, {"point": [5]}, ["kb"])
+    with Client(cluster, set_as_default=False) as client:
+        scheduler = client if kind == "client" else cluster.scheduler_address
+        dataset = run_sweep(sweep, tmp_path, scheduler=scheduler)
+    assert dataset["status"].to_numpy().tolist() == [0]
 
 
 def test_without_dask_or_a_scheduler_one_line(tmp_path):

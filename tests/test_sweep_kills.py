@@ -18,9 +18,10 @@ from pathlib import Path
 import pytest
 
 from drake_racket import Scenario
+from drake_racket.environment import environment
 from drake_racket.sweep import SweepStopped, make_sweep, run_sweep
 from drake_racket.sweep.executors import MOST_DEATHS, run_in_processes
-from drake_racket.sweep.identity import as_text, environment
+from drake_racket.sweep.identity import as_text
 from drake_racket.sweep.worker import Outcome, Settings, Task
 
 pytestmark = pytest.mark.slow

@@ -58,8 +58,9 @@ def strings(
     ] = None,
     begin: Begin = None,
     span: Annotated[
-        float, typer.Option(help="Bounds: the start divided and multiplied by this.")
-    ] = 10.0,
+        float | None,
+        typer.Option(help="Bounds: the start divided and multiplied by this (10; annealing 3)."),
+    ] = None,
     select: Select = None,
     keep_repeats: KeepRepeats = False,
     speed_sigma: SpeedSigma = None,

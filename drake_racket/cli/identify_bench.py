@@ -42,7 +42,7 @@ def ball(
     known = load_ball(ball)
     records = read_ball_impacts(file)
     check_directory(out, "--out")
-    with running(out, "N") as report:
+    with running(out, "N", kept=False) as report:
         fit = fit_ball(
             records,
             known.mass.value if mass is None else mass,
@@ -91,7 +91,7 @@ def frame(
     strikes = {d: [read_hammer_record(p) for p in paths] for d, paths in files.items() if paths}
     check_directory(out, "--out")
     fits = {}
-    with running(out, "m/s^2") as report:
+    with running(out, "m/s^2", kept=False) as report:
         for direction, records in strikes.items():
             fits[direction] = fit_frame(
                 records,

@@ -79,19 +79,22 @@ def prepare(out: Path, fresh: bool) -> Path:
 
 
 @contextmanager
-def running(out: Path, unit: str, scale: float = 1.0) -> Iterator[Report]:
+def running(out: Path, unit: str, scale: float = 1.0, *, kept: bool = True) -> Iterator[Report]:
     """Shows part done and current RMS; an interruption ends with status 130 and says how to go on.
 
     Args:
         unit, scale: of the RMS as it is shown.
+        kept: the fit keeps a journal in `out`.
 
     """
     try:
         with _shown(unit, scale) as report:
             yield report
     except KeyboardInterrupt:
-        text = f"interrupted; what is done is in {out}: the same command goes on from there"
-        print(f"drake-racket: {text}", file=sys.stderr)
+        text = f"what is done is in {out}: the same command goes on from there"
+        if not kept:
+            text = "nothing is kept: the same command begins anew"
+        print(f"drake-racket: interrupted; {text}", file=sys.stderr)
         raise typer.Exit(130) from None
     except InputError as error:
         if "journal" not in error.key and "journal" not in error.allowed:

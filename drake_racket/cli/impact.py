@@ -134,11 +134,14 @@ def _print_summary(result: ImpactResult, written: list[Path]) -> None:
     for name, value in _summary_rows(result):
         table.add_row(name, value)
     console.print(table)
-    inferred = sum(1 for _, q in sourced_fields(racket) if q.status == "inferred")
-    inferred += sum(1 for _, q in sourced_fields(scenario.load_ball()) if q.status == "inferred")
+    parts: list[Any] = [racket, scenario.load_ball()]
+    if scenario.support in ("grip", "limb") and scenario.grip_kind != "weld":
+        parts.append(scenario.load_grip())
+    inferred = sum(q.status == "inferred" for part in parts for _, q in sourced_fields(part))
     console.print(
         f"[dim]{inferred} of the model's values are inferred, not published:"
-        f" drake-racket show {escape(scenario.racket)}[/]"
+        f" drake-racket show {escape(scenario.racket)} --tension {escape(scenario.tension)}"
+        f"{' (and every value of the hand)' if len(parts) == 3 else ''}[/]"
     )
     for warning in result.warnings:
         console.print(f"[yellow]warning:[/] {escape(warning)}")
@@ -175,12 +178,13 @@ def _summary_rows(result: ImpactResult) -> list[tuple[str, str]]:
         rows.append(("Ball", f"kb {result.kb / 1e3:.1f} kN/m, cb {result.cb:.1f} N s/m"))
     if result.balance is not None:
         b = result.balance
-        lost = b.lost_ball + b.lost_friction + b.lost_joint + b.lost_strings
+        lost = b.lost_ball + b.lost_friction + b.lost_joint + b.lost_strings + b.lost_limb
+        held = "".join(f" {n} {e:.2f}," for n, e in (("grip", b.grip), ("limb", b.limb)) if e)
         rows.append(
             (
                 "Energy at the end",
                 f"ball {b.ball:.2f}, racket {b.rigid_motion:.2f}, bending {b.bending:.2f},"
-                f" strings {b.strings:.2f}, lost {lost:.2f} J",
+                f" strings {b.strings:.2f},{held} lost {lost:.2f} J",
             )
         )
     if result.energy_error is not None:

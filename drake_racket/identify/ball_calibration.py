@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from drake_racket.errors import InputError
 from drake_racket.identify.clamped import Array, contact_constants, make_bed, make_impacts, run
 from drake_racket.parameters import RACKETS, TENSIONS, BallParameters, load_ball, load_racket
-from drake_racket.rigs.head_clamped import POINTS
 from drake_racket.rigs.plate_force import closed_form
+from drake_racket.strings import POINT_NUMBERS
 
 if TYPE_CHECKING:
     import xarray
@@ -86,7 +86,7 @@ def calibration_dataset(
     dampings: Sequence[float] = DAMPINGS,
     rackets: Sequence[str] = RACKETS,
     tensions: Sequence[str] = TENSIONS,
-    points: Sequence[int] = POINTS,
+    points: Sequence[int] = POINT_NUMBERS,
     bounds: Bounds | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xarray.Dataset:

@@ -28,9 +28,9 @@ from drake_racket.identify.clamped import (
     run,
 )
 from drake_racket.parameters import BallParameters, RacketParameters
-from drake_racket.rigs.head_clamped import CANNON_SPEEDS, POINTS
+from drake_racket.rigs.head_clamped import CANNON_SPEEDS
 from drake_racket.rigs.static_stiffness import MOST_FORCE, tangent_stiffness
-from drake_racket.strings import INCIDENCE, generalized_forces, spring_partials
+from drake_racket.strings import INCIDENCE, POINT_NUMBERS, generalized_forces, spring_partials
 
 QUANTITIES = ("restitution", "contact_time", "deflection", "static", "static_shape")
 """Of impacts: restitution, contact time, peak deflection of the string mass. Of the bed pressed
@@ -76,12 +76,12 @@ class Design:
     Every point is struck at every speed and pressed with every force.
     """
 
-    points: tuple[int, ...] = tuple(POINTS)
+    points: tuple[int, ...] = tuple(POINT_NUMBERS)
     speeds: tuple[float, ...] = tuple(CANNON_SPEEDS)
     forces: tuple[float, ...] = (100.0, 200.0, 400.0, 800.0)
 
     def __post_init__(self) -> None:
-        if not self.points or not set(self.points) <= set(POINTS):
+        if not self.points or not set(self.points) <= set(POINT_NUMBERS):
             raise InputError("points", list(self.points), "some of 1 to 9")
         if not self.speeds or not all(4.0 <= v <= 100.0 for v in self.speeds):
             raise InputError("speeds", list(self.speeds), "4 to 100 m/s, one or more")

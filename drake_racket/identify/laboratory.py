@@ -32,7 +32,8 @@ from drake_racket.errors import InputError
 from drake_racket.files import replace_file
 from drake_racket.identify.clamped import make_bed, make_impacts, run
 from drake_racket.parameters import BallParameters, RacketParameters
-from drake_racket.rigs.head_clamped import CANNON_SPEEDS, POINTS, STROKES, stroke_axis
+from drake_racket.rigs.head_clamped import CANNON_SPEEDS, STROKES, stroke_axis
+from drake_racket.strings import POINT_NUMBERS
 
 if TYPE_CHECKING:
     import xarray
@@ -133,7 +134,7 @@ def restitution_table(
     ball: BallParameters,
     rng: np.random.Generator,
     *,
-    points: Sequence[int] = POINTS,
+    points: Sequence[int] = POINT_NUMBERS,
     speeds: Sequence[float] = CANNON_SPEEDS,
     repeats: int = REPEATS,
     noise: Noise | None = None,
@@ -181,7 +182,7 @@ def oblique_table(
     ball: BallParameters,
     rng: np.random.Generator,
     *,
-    points: Sequence[int] = POINTS,
+    points: Sequence[int] = POINT_NUMBERS,
     strokes: Sequence[str] = tuple(STROKES),
     angle_readings: Sequence[str] = ("from_plane",),
     repeats: int = REPEATS,
@@ -260,7 +261,7 @@ def write_measurements(table: xarray.Dataset, columns: dict[str, str], path: Pat
 
 def check_request(points: Sequence[int], speeds: Sequence[float], repeats: int) -> None:
     """Refuses points, speeds (m/s) and numbers of repeats out of range; raises InputError."""
-    if not points or not set(points) <= set(POINTS):
+    if not points or not set(points) <= set(POINT_NUMBERS):
         raise InputError("points", list(points), "some of 1 to 9")
     if not speeds or not all(6.0 <= v <= 100.0 for v in speeds):
         raise InputError("speeds", list(speeds), "6 to 100 m/s, one or more")

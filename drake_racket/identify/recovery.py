@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 
 Progress: TypeAlias = Callable[[int, int], None] | None
 
-CHANCE = 0.95
-"""Share of intervals that should contain the true value."""
-
 
 @dataclass(frozen=True)
 class Trial:

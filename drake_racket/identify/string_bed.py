@@ -47,6 +47,9 @@ Array: TypeAlias = NDArray[np.float64]
 SPAN = 10.0
 """Bounds: the start divided and multiplied by this."""
 
+ANNEALING_SPAN = 3.0
+"""The same for annealing, whose chains are caught in other valleys within wide bounds."""
+
 _UNITS = {"T": "N", "k": "N/m", "p": "1"}
 
 
@@ -178,7 +181,7 @@ def fit_string_bed(
     *,
     free: Sequence[str] | None = None,
     start: Mapping[str, float] | None = None,
-    span: float = SPAN,
+    span: float | None = None,
     options: Search | None = None,
     profiles: bool = False,
     journal: Path | None = None,
@@ -189,7 +192,8 @@ def fit_string_bed(
     Args:
         table: as `tables.read_restitution` gives it, averaged or not.
         racket, ball: what is not fitted, and the first guess.
-        free, start, span: see `free_parameters`.
+        free, start, span: see `free_parameters`; a span of None is SPAN, or ANNEALING_SPAN where
+            the method is annealing.
         options: method, starts, seed ... (`search.Search`).
         profiles: intervals from likelihood profiles: slower, and right where parameters trade off.
         journal: directory of the checkpoint; a killed run goes on from it.
@@ -200,6 +204,9 @@ def fit_string_bed(
             parameters and no standard deviations, or a journal of another fit.
 
     """
+    options = options or Search()
+    if span is None:
+        span = ANNEALING_SPAN if options.method == "annealing" else SPAN
     parameters = free_parameters(racket, free, start, span)
     title = short_title(racket, [p.name for p in parameters])
     problem = StringBedProblem(table, racket, ball, parameters, title)
@@ -209,7 +216,7 @@ def fit_string_bed(
             f"{len(table.points)} for {len(parameters)} free parameters",
             "at least as many rows as free parameters (see --free)",
         )
-    result = search(problem, options or Search(), journal, progress)
+    result = search(problem, options, journal, progress)
     intervals = None
     profiled = profiles and result.degrees_of_freedom > 0 and result.residual_sigma > 0.0
     if profiled:

@@ -28,7 +28,7 @@ from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.stroke_target import Vector
 from drake_racket.racket import Racket
 
-TORQUES = ("zero", "hold", "carry")
+JOINT_TORQUES = ("zero", "hold", "carry")
 
 
 def initial_torques(
@@ -40,8 +40,8 @@ def initial_torques(
         InputError: unknown kind.
 
     """
-    if kind not in TORQUES:
-        raise InputError("joint torques", kind, ", ".join(TORQUES))
+    if kind not in JOINT_TORQUES:
+        raise InputError("joint torques", kind, ", ".join(JOINT_TORQUES))
     if kind == "zero":
         return np.zeros(len(limb.velocity_indices()))
     if kind == "hold":

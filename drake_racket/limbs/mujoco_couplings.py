@@ -8,7 +8,8 @@ y - y0 = a0 (MuJoCo documentation, XML reference, "equality/joint").
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,41 @@ from drake_racket.limbs.mujoco_model import joint_name, mujoco_package, short_li
 COUPLINGS = ("lock", "keep")
 
 
+@dataclass(frozen=True)
+class Coupling:
+    """An active joint coupling: the joint it ties, the one it follows (or None), a0 to a4."""
+
+    tied: str
+    leader: str | None
+    coefficients: tuple[float, ...]
+
+
+def joint_couplings(model: Any) -> tuple[Coupling, ...]:
+    """The active joint couplings, in the model's order; several may tie one joint."""
+    mujoco = mujoco_package()
+    found = []
+    for i in range(model.neq):
+        if model.eq_type[i] != int(mujoco.mjtEq.mjEQ_JOINT) or not model.eq_active0[i]:
+            continue
+        tied, leader = joint_name(model, int(model.eq_obj1id[i])), int(model.eq_obj2id[i])
+        follows = joint_name(model, leader) if leader >= 0 else None
+        found.append(Coupling(tied, follows, tuple(float(a) for a in model.eq_data[i, :5])))
+    return tuple(found)
+
+
 def joint_values(
-    model: Any, couplings: str, locked: Mapping[str, float], reference: Mapping[str, float]
+    model: Any,
+    found: Iterable[Coupling],
+    couplings: str,
+    locked: Mapping[str, float],
+    reference: Mapping[str, float],
 ) -> tuple[dict[str, float], frozenset[str]]:
     """Positions of all hinges and slides, rad or m, by name; and the names of those without a dof.
+
+    Args:
+        model: compiled.
+        found: its `joint_couplings`.
+        couplings, locked, reference: as `import_mujoco` takes them.
 
     Raises:
         InputError: unknown names, values that are not finite, or couplings that no value meets.
@@ -43,7 +75,12 @@ def joint_values(
     values = {**rest, **reference, **locked}
     if couplings == "keep":
         return values, frozenset(locked)
-    ties = joint_couplings(model)
+    ties: dict[str, Coupling] = {}
+    for coupling in found:
+        if coupling.tied in ties:
+            allowed = "one active coupling per tied joint, or couplings='keep'"
+            raise InputError("import_mujoco: model", coupling.tied, allowed)
+        ties[coupling.tied] = coupling
     for keyword, given in (("locked", locked), ("reference", reference)):
         if tied := [name for name in given if name in ties]:
             raise InputError(
@@ -56,29 +93,9 @@ def joint_values(
     return values, frozenset(locked) | frozenset(ties)
 
 
-def joint_couplings(model: Any) -> dict[str, tuple[str | None, tuple[float, ...]]]:
-    """The active joint couplings: from a tied joint to the one it follows and the coefficients.
-
-    Raises:
-        InputError: two active couplings tie one joint.
-
-    """
-    mujoco = mujoco_package()
-    ties: dict[str, tuple[str | None, tuple[float, ...]]] = {}
-    for i in range(model.neq):
-        if model.eq_type[i] != int(mujoco.mjtEq.mjEQ_JOINT) or not model.eq_active0[i]:
-            continue
-        tied, leader = joint_name(model, int(model.eq_obj1id[i])), int(model.eq_obj2id[i])
-        if tied in ties:
-            raise InputError("import_mujoco: model", tied, "one active coupling per tied joint")
-        follows = joint_name(model, leader) if leader >= 0 else None
-        ties[tied] = (follows, tuple(float(a) for a in model.eq_data[i, :5]))
-    return ties
-
-
 def _follow(
     name: str,
-    ties: Mapping[str, tuple[str | None, tuple[float, ...]]],
+    ties: Mapping[str, Coupling],
     values: dict[str, float],
     rest: Mapping[str, float],
     above: tuple[str, ...],
@@ -88,7 +105,7 @@ def _follow(
         raise InputError("import_mujoco: model", name, "couplings that do not go in a circle")
     if name not in ties:
         return values[name]
-    leader, coefficients = ties[name]
+    leader, coefficients = ties[name].leader, ties[name].coefficients
     moved = 0.0
     if leader is not None:
         moved = _follow(leader, ties, values, rest, (*above, name)) - rest[leader]

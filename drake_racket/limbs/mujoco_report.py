@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.limbs.mujoco_couplings import joint_couplings
 from drake_racket.limbs.mujoco_model import body_name, joint_name, mujoco_package, short_list
 from drake_racket.limbs.mujoco_tree import Tree
 
@@ -86,10 +85,9 @@ def _joints(tree: Tree, couplings: str) -> Iterator[Row]:
         if model.jnt_type[i] == int(mujoco.mjtJoint.mjJNT_FREE) and model.jnt_bodyid[i] in inside
     ]
     yield "free joints", "body fixed at qpos0", free
-    tied = joint_couplings(model)
     fate = "tied joint is locked" if couplings == "lock" else "tied joint is free"
-    yield "joint couplings", fate, [joint.name for joint in joints if joint.name in tied]
-    given = [joint.name for joint in joints if joint.locked and joint.name not in tied]
+    yield "joint couplings", fate, [joint.name for joint in joints if joint.name in tree.tied]
+    given = [joint.name for joint in joints if joint.locked and joint.name not in tree.tied]
     yield "joints locked by the caller", "locked", given
     moving = [joint for joint in joints if not joint.locked]
 

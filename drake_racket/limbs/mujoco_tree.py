@@ -19,7 +19,7 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_racket.errors import InputError
-from drake_racket.limbs.mujoco_couplings import joint_values
+from drake_racket.limbs.mujoco_couplings import joint_couplings, joint_values
 from drake_racket.limbs.mujoco_model import body_name, joint_name, mujoco_package, short_list
 
 Kind = Literal["hinge", "slide", "ball"]
@@ -104,6 +104,7 @@ class Tree:
         mount: the MuJoCo body that carries them (0, the world, for a whole model).
         X_WF: pose of that body in the model's world, its own joints where they start.
         qpos: the model's positions (nq) where all joints start; locked ones stay there.
+        tied: names of the model's joints that an active coupling ties to another.
 
     """
 
@@ -112,6 +113,7 @@ class Tree:
     mount: int
     X_WF: RigidTransform
     qpos: NDArray[np.float64]
+    tied: frozenset[str]
 
     def joints(self) -> list[TreeJoint]:
         """All joints, locked ones included, in the model's order."""
@@ -129,18 +131,20 @@ def read_tree(
     """Reads the bodies from `root` on (all for None); the arguments are those of `import_mujoco`.
 
     Raises:
-        InputError: unknown names, or values that are not finite.
+        InputError: unknown names, values that are not finite, or couplings that no value meets.
 
     """
     ids = subtree(model, root)
-    values, welded = joint_values(model, couplings, locked, reference)
+    found = joint_couplings(model)
+    values, welded = joint_values(model, found, couplings, locked, reference)
     qpos = np.array(model.qpos0)
     for joint in range(model.njnt):
         if joint_name(model, joint) in values:
             qpos[model.jnt_qposadr[joint]] = values[joint_name(model, joint)]
     bodies = tuple(_read_body(model, i, values, welded) for i in ids)
     mount = 0 if root is None else int(model.body_parentid[ids[0]])
-    return Tree(model, bodies, mount, _pose_at(model, mount, qpos), qpos)
+    tied = frozenset(coupling.tied for coupling in found)
+    return Tree(model, bodies, mount, _pose_at(model, mount, qpos), qpos, tied)
 
 
 def subtree(model: Any, root: str | None) -> list[int]:

@@ -3,13 +3,12 @@
 Drake's typed YAML reads the annotations of this class as types: they are not postponed here.
 """
 
-import math
 from dataclasses import dataclass, field
 
 from drake_racket.errors import InputError
+from drake_racket.limbs.joint_torques import JOINT_TORQUES
 from drake_racket.limbs.stroke_target import Stroke, check_stroke
-
-JOINT_TORQUES = ("zero", "hold", "carry")
+from drake_racket.number_checks import number_between, plain_numbers
 
 
 @dataclass
@@ -45,6 +44,10 @@ class LimbSettings:
     joint_torques: str = "hold"
     stroke: Stroke = field(default_factory=Stroke)
 
+    def __post_init__(self) -> None:
+        """Numbers become Python floats."""
+        plain_numbers(self)
+
     def topology(self) -> tuple[object, ...]:
         """What a Diagram is built from; the stroke and the torques are set in its Context."""
         subject = (self.side, self.mass, self.height, self.grip_rotation_deg)
@@ -53,7 +56,11 @@ class LimbSettings:
 
 
 def check_limb_settings(settings: LimbSettings, where: str = "limb") -> None:
-    """Checks every value but names that need the model; raises InputError."""
+    """Checks every value but names that need the model; raises InputError.
+
+    Numbers that were set after the settings were made become Python floats.
+    """
+    plain_numbers(settings)
     for key, kind, text in (
         ("model", str, "a text"),
         ("base", str, "a text"),
@@ -75,14 +82,7 @@ def check_limb_settings(settings: LimbSettings, where: str = "limb") -> None:
         ("trunk_azimuth_deg", [settings.trunk_azimuth_deg], 360.0),
     ):
         for value in values:
-            _check_number(value, -most, most, f"{where}.{key}")
-    _check_number(settings.mass, 0.0, 300.0, f"{where}.mass")
-    _check_number(settings.height, 0.0, 3.0, f"{where}.height")
+            number_between(f"{where}.{key}", value, -most, most)
+    number_between(f"{where}.mass", settings.mass, 0.0, 300.0)
+    number_between(f"{where}.height", settings.height, 0.0, 3.0)
     check_stroke(settings.stroke, f"{where}.stroke")
-
-
-def _check_number(value: object, least: float, most: float, key: str) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InputError(key, value, "a finite number")
-    if not least <= value <= most:
-        raise InputError(key, value, f"{least:g} to {most:g}")

@@ -69,7 +69,7 @@ class StrikingLimb:
         bodies: those of the limb that have mass.
         torques: on its joints.
         limits: the JointLimits; None without them (other limbs, discrete plants).
-        power, energy: the LimbPower and its Integrator; None without an audit.
+        energy: the Integrator of the LimbPower; None without an audit.
 
     """
 
@@ -77,7 +77,6 @@ class StrikingLimb:
     bodies: list[RigidBody]
     torques: JointTorques
     limits: Any | None
-    power: Any | None
     energy: Any | None
     _strokes: dict[str, StrokeState] = field(default_factory=dict, repr=False)
 
@@ -161,7 +160,7 @@ def wire_striking_limb(
     """
     torques = add_joint_torques(builder, plant, limb, export=export_torques)
     limits = add_joint_limits(builder, plant, limb) if _takes_limits(limb, settings) else None
-    power = energy = None
+    energy = None
     if audit:
         power = builder.AddNamedSystem("limb_power", make_limb_power(plant, limb))
         builder.Connect(plant.get_state_output_port(), power.GetInputPort("state"))
@@ -173,7 +172,7 @@ def wire_striking_limb(
             builder.Connect(limits.GetOutputPort("power"), power.GetInputPort("limit_power"))
         energy = builder.AddNamedSystem("limb_energy", Integrator(3))
         builder.Connect(power.get_output_port(), energy.get_input_port())
-    return StrikingLimb(limb, limb_bodies(limb, plant), torques, limits, power, energy)
+    return StrikingLimb(limb, limb_bodies(limb, plant), torques, limits, energy)
 
 
 def _takes_limits(limb: Limb, settings: LimbSettings) -> bool:

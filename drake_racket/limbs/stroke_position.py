@@ -236,11 +236,18 @@ def _polished(hand: HandKinematics, target: PoseTarget, q: Vector) -> Posture:
 
 def _nearest_miss(hand: HandKinematics, target: PoseTarget, q: Vector) -> Posture:
     """Least squares over metres and radians within the joint limits, from q."""
-    inside = np.clip(q, np.nextafter(hand.lower, np.inf), np.nextafter(hand.upper, -np.inf))
-    fit = least_squares(
-        lambda x: _residual(hand, target, x), inside, bounds=(hand.lower, hand.upper)
-    )
-    return Posture(fit.x, fit.fun, len(q) - _rank(hand, target, fit.x))
+    free = hand.lower < hand.upper  # SciPy refuses a range without an inside
+    lower, upper, nearest = hand.lower[free], hand.upper[free], q.copy()
+
+    def residual(x: Vector) -> Vector:
+        nearest[free] = x
+        return _residual(hand, target, nearest)
+
+    if free.any():
+        inside = np.clip(q[free], np.nextafter(lower, np.inf), np.nextafter(upper, -np.inf))
+        nearest[free] = least_squares(residual, inside, bounds=(lower, upper)).x
+    error = _residual(hand, target, nearest)
+    return Posture(nearest, error, len(q) - _rank(hand, target, nearest))
 
 
 def _rank(hand: HandKinematics, target: PoseTarget, q: Vector) -> int:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.errors import InputError
+from drake_racket.number_checks import number_between, plain_numbers
 
 Vector = NDArray[np.float64]
 
@@ -118,6 +119,10 @@ class Stroke:
     angular_velocity: list[float | None] = field(default_factory=lambda: [None, None, None])
     guess_deg: dict[str, float] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Numbers become Python floats."""
+        plain_numbers(self)
+
     def pose_target(self) -> PoseTarget:
         """Position (m) and angles (rad); NaN is free."""
         angles = (self.face_closed_deg, self.face_azimuth_deg, self.tip_elevation_deg)
@@ -140,29 +145,32 @@ def _nan(values: list[float | None] | tuple[float | None, ...]) -> Vector:
 def check_stroke(stroke: Stroke, where: str = "stroke") -> None:
     """Checks every value but the names in `guess_deg`, which need a limb.
 
+    Numbers that were set after the stroke was made become Python floats.
+
     Raises:
         InputError: naming the key, the value and what is allowed.
 
     """
+    plain_numbers(stroke)
     for key, most in _LARGEST.items():
         values = getattr(stroke, key)
         if not isinstance(values, list) or len(values) != 3:
             raise InputError(f"{where}: {key}", values, "3 numbers (None: free)")
         for value in values:
             if value is not None:
-                _check_range(value, -most, most, f"{where}: {key}")
+                number_between(f"{where}: {key}", value, -most, most)
     for key, most in (("face_closed_deg", _STEEPEST), ("face_azimuth_deg", 360.0)):
         if getattr(stroke, key) is not None:
-            _check_range(getattr(stroke, key), -most, most, f"{where}: {key}")
+            number_between(f"{where}: {key}", getattr(stroke, key), -most, most)
     _check_tip(stroke, where)
     if stroke.speed is not None:
-        _check_range(stroke.speed, 0.0, 100.0, f"{where}: speed")
-    _check_range(stroke.velocity_elevation_deg, -90.0, 90.0, f"{where}: velocity_elevation_deg")
-    _check_range(stroke.velocity_azimuth_deg, -360.0, 360.0, f"{where}: velocity_azimuth_deg")
+        number_between(f"{where}: speed", stroke.speed, 0.0, 100.0)
+    number_between(f"{where}: velocity_elevation_deg", stroke.velocity_elevation_deg, -90.0, 90.0)
+    number_between(f"{where}: velocity_azimuth_deg", stroke.velocity_azimuth_deg, -360.0, 360.0)
     if not isinstance(stroke.guess_deg, dict):
         raise InputError(f"{where}: guess_deg", stroke.guess_deg, "joint names and degrees")
     for name, value in stroke.guess_deg.items():
-        _check_range(value, -1e4, 1e4, f"{where}: guess_deg.{name}")
+        number_between(f"{where}: guess_deg.{name}", value, -1e4, 1e4)
 
 
 def _check_tip(stroke: Stroke, where: str) -> None:
@@ -173,11 +181,4 @@ def _check_tip(stroke: Stroke, where: str) -> None:
     whole = stroke.face_closed_deg is not None and stroke.face_azimuth_deg is not None
     most = 90.0 - abs(stroke.face_closed_deg or 0.0)
     most = most if whole else min(most, _STEEPEST)
-    _check_range(stroke.tip_elevation_deg, -most, most, f"{where}: tip_elevation_deg")
-
-
-def _check_range(value: object, least: float, most: float, key: str) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InputError(key, value, "a finite number")
-    if not least <= value <= most:
-        raise InputError(key, value, f"{least:g} to {most:g}")
+    number_between(f"{where}: tip_elevation_deg", stroke.tip_elevation_deg, -most, most)

@@ -7,6 +7,7 @@ and its transverse axis from side to side in the anatomical position (arm hangin
 
 import dataclasses
 import math
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,8 +16,9 @@ from numpy.typing import NDArray
 
 from drake_racket.errors import InputError
 from drake_racket.models import data_directory
+from drake_racket.number_checks import finite_number
 from drake_racket.quantities import Quantity, check_fields, one
-from drake_racket.typed_yaml import load_file
+from drake_racket.typed_yaml import load_file, name_or_path
 
 UPPER_LIMBS = ("upper_limb",)
 SEGMENTS = ("upper_arm", "forearm", "hand")
@@ -138,7 +140,10 @@ class UpperLimbParameters:
 
 
 def load_upper_limb(
-    limb: str = "upper_limb", *, mass: float | None = None, height: float | None = None
+    limb: str | os.PathLike[str] = "upper_limb",
+    *,
+    mass: float | None = None,
+    height: float | None = None,
 ) -> UpperLimbParameters:
     """Loads the shipped upper limb, or one from its YAML file, for a subject of any size.
 
@@ -153,6 +158,7 @@ def load_upper_limb(
             that is not a finite positive number.
 
     """
+    limb = name_or_path(limb, "limb")
     if limb.endswith((".yaml", ".yml")):
         path = Path(limb)
     elif limb in UPPER_LIMBS:
@@ -161,15 +167,23 @@ def load_upper_limb(
         raise InputError("limb", limb, f"{', '.join(UPPER_LIMBS)} or a path ending in .yaml")
     loaded = load_file(path, UpperLimbParameters, complete=True)
     check_upper_limb(loaded, str(path))
-    return _scaled(loaded, mass, height)
+    return _scaled(loaded, _size("mass", mass), _size("height", height))
+
+
+def _size(key: str, value: float | None) -> float | None:
+    """A subject's mass or height as a Python float: SDF is written from it."""
+    if value is None:
+        return None
+    allowed = "a finite number above 0"
+    number = finite_number(f"load_upper_limb: {key}", value, allowed)
+    if not number > 0.0:
+        raise InputError(f"load_upper_limb: {key}", value, allowed)
+    return number
 
 
 def _scaled(
     limb: UpperLimbParameters, mass: float | None, height: float | None
 ) -> UpperLimbParameters:
-    for key, value in (("mass", mass), ("height", height)):
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"load_upper_limb: {key}", value, "a finite number above 0")
     subject = limb.subject
     if mass is not None:
         source = f"the subject's; the file's subject has {subject.mass.value:g} kg"

@@ -1,4 +1,4 @@
-"""Pictures of a fit: residuals, likelihood profiles, correlation, and how the starts converged."""
+"""Pictures of a fit: residuals, correlation, and how the starts converged."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.identify.intervals import Profile
 from drake_racket.identify.result import FitResult
 from drake_racket.plots.style import (
     BLUE,
@@ -68,41 +67,6 @@ def residual_figure(
     axes.set_title(result.title, fontsize="medium")
     tidy(axes)
     figure.legend(loc="outside right upper", frameon=False, fontsize="small")
-    return figure
-
-
-def profile_figure(profiles: Sequence[Profile]) -> Figure:
-    """Likelihood profiles with the threshold of their confidence interval, up to three in a row."""
-    columns = min(len(profiles), 3)
-    rows = -(-len(profiles) // columns)
-    figure = new_figure(3.2 * columns + 0.4, 2.7 * rows + 0.5)
-    grid = figure.subplots(rows, columns, squeeze=False)
-    for axes, curve in zip(grid.flat, profiles, strict=False):
-        # the largest excess that is shown: what lies beyond the threshold says little
-        top = 2.5 * curve.threshold
-        at, chi2 = curve.values, np.minimum(curve.chi2, 10.0 * top)
-        axes.plot(at, chi2, "-o", color=BLUE, ms=3.5, lw=1.4, label="profile")
-        axes.axhline(curve.threshold, color=VERMILION, ls="--", lw=1.1)
-        where = f"{100.0 * curve.confidence:g} %"
-        axes.annotate(
-            where,
-            (1.0, curve.threshold),
-            xycoords=("axes fraction", "data"),
-            xytext=(-2, 3),
-            textcoords="offset points",
-            ha="right",
-            color=VERMILION,
-            fontsize="small",
-        )
-        axes.axvline(curve.estimate, color=GREY, lw=0.8)
-        axes.set_ylim(min(0.0, float(chi2.min())), top)
-        axes.set_xlabel(f"{curve.parameter.name}{_bracket(curve.parameter.unit)}")
-        axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4), useMathText=True)
-        tidy(axes)
-    for axes in grid[:, 0]:
-        axes.set_ylabel("χ² above minimum [1]")
-    for axes in list(grid.flat)[len(profiles) :]:
-        axes.set_visible(False)
     return figure
 
 

@@ -42,7 +42,9 @@ class BendingMode:
 
     @property
     def damped_frequency(self) -> float:
-        """Hz."""
+        """Hz; NaN where the damping is critical or more, and nothing rings."""
+        if self.damping_ratio >= 1.0:
+            return math.nan
         return self.frequency * math.sqrt(1.0 - self.damping_ratio**2)
 
     def ringing_per_impulse(self, place: float) -> float:

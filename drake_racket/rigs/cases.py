@@ -14,7 +14,7 @@ import multiprocessing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ from drake_racket.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray
+
+T = TypeVar("T")
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished cases and of all cases."""
@@ -145,6 +147,33 @@ def check_workers(workers: int) -> None:
         raise InputError("workers", workers, "1 to 256 processes")
 
 
+def call_in_processes(
+    function: Callable[..., T],
+    calls: Sequence[tuple[Any, ...]],
+    workers: int,
+    finish: Callable[[int, T], None],
+) -> None:
+    """Shares calls among processes of this machine; what one raises ends the rest.
+
+    Args:
+        function: of a module; it, the arguments and what it returns travel between processes.
+        calls: the arguments of each call, at least one.
+        workers: processes at most.
+        finish: called here with a call's number and what it returned, in any order.
+
+    """
+    # spawned: a fork would share Drake's state with threads of the parent
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(workers, len(calls)), mp_context=context) as pool:
+        numbers = {pool.submit(function, *call): n for n, call in enumerate(calls)}
+        try:
+            for future in as_completed(numbers):
+                finish(numbers[future], future.result())
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
 def _labels(name: str, axis: Axis) -> list[Any]:
     values = list(axis)
     if not values:
@@ -199,20 +228,9 @@ def _run(
             for i in indices:
                 finish([i], [_read(simulate(cases[i], system, history=history), outputs)])
     else:
-        # spawned: a fork would share Drake's state with threads of the parent
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context) as pool:
-            futures = {
-                pool.submit(_run_chunk, [cases[i] for i in part], outputs, history): part
-                for indices in groups.values()
-                for part in _parts(indices, workers)
-            }
-            try:
-                for future in as_completed(futures):
-                    finish(futures[future], future.result())
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
+        parts = [part for indices in groups.values() for part in _parts(indices, workers)]
+        calls = [([cases[i] for i in part], outputs, history) for part in parts]
+        call_in_processes(_run_chunk, calls, workers, lambda n, rows: finish(parts[n], rows))
     return [rows[i] for i in range(len(cases))]
 
 

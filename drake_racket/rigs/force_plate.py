@@ -25,12 +25,13 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
 from scipy.interpolate import CubicHermiteSpline
 
-from drake_racket.ball import Ball, add_ball
+from drake_racket.ball import Ball, add_ball, ball_law, set_ball_inertia
 from drake_racket.ball_contact import BallContact
 from drake_racket.contact import CONTACT
 from drake_racket.contact_state import ContactBodies, ContactModel, contact_record
 from drake_racket.errors import InputError
 from drake_racket.parameters import BallParameters, load_ball
+from drake_racket.rigs.head_clamped import CANNON_SPEEDS
 from drake_racket.rigs.plate_force import (
     AFTER,
     BEFORE,
@@ -44,9 +45,6 @@ from drake_racket.simulate import configure_integrator
 
 if TYPE_CHECKING:
     import xarray
-
-SPEEDS = (18.0, 21.0, 24.0, 27.0, 30.0, 33.0)
-"""m/s (Glynn et al. 2011, Methods)."""
 
 STEP = IntegratorSettings(maximum_step=1e-5, error_control=False)
 """Some 300 steps in a contact: times and forces to 1e-7 of the closed form."""
@@ -154,23 +152,15 @@ class ForcePlate:
     def _set(self, root: Context, speed: float, ball: BallParameters) -> None:
         plant, body = self.plant, self.ball.body
         context = plant.GetMyMutableContextFromRoot(root)
-        inertia = body.CalcSpatialInertiaInBodyFrame(context)
-        body.SetSpatialInertiaInBodyFrame(
-            context,
-            SpatialInertia(ball.mass.value, inertia.get_com(), inertia.get_unit_inertia()),
-        )
+        set_ball_inertia(self.ball, root, ball)
         plant.SetFreeBodyPose(context, body, RigidTransform())
         plant.SetFreeBodySpatialVelocity(
             context, body, SpatialVelocity([0.0, 0.0, 0.0], [0.0, 0.0, -speed])
         )
         contact = self.contact.GetMyMutableContextFromRoot(root)
-        contact.get_mutable_numeric_parameter(self.contact.BALL).SetFromVector(_constants(ball))
-
-
-def _constants(ball: BallParameters) -> NDArray[np.float64]:
-    speeds = ball.speed_low, ball.speed_high
-    law = ball.stiffness_low, ball.stiffness_growth, ball.damping_low, ball.damping_growth
-    return np.array([quantity.value for quantity in (*speeds, *law)])
+        contact.get_mutable_numeric_parameter(self.contact.BALL).SetFromVector(
+            np.array(ball_law(ball))
+        )
 
 
 def make_force_plate(ball: BallParameters | None = None) -> ForcePlate:
@@ -184,7 +174,7 @@ def make_force_plate(ball: BallParameters | None = None) -> ForcePlate:
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     plant.Finalize()
     model = ContactModel(
-        ball=tuple(_constants(ball)),
+        ball=ball_law(ball),
         friction=(0.0,) * 9,
         scales=(ball.sliding_speed_scale.value, ball.sliding_distance_scale.value),
         grid=np.zeros((9, 2)),
@@ -226,7 +216,7 @@ def _plate_impact(rows: NDArray[np.float64], latched: Any, mass: float) -> Plate
 
 
 def plate_dataset(
-    speeds: Sequence[float] = SPEEDS,
+    speeds: Sequence[float] = CANNON_SPEEDS,
     ball: BallParameters | None = None,
     *,
     rate: float = SAMPLE_RATE,

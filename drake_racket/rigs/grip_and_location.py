@@ -9,33 +9,29 @@ the impact does, and not the swing. The joint torques are constant during a run.
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
-import multiprocessing
-import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drake_racket.environment import digest, environment
 from drake_racket.errors import InputError
 from drake_racket.files import write_netcdf
 from drake_racket.grip import GRIPS
 from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.limbs.upper_limb_parameters import load_upper_limb
-from drake_racket.models import data_directory, sdf_directory
-from drake_racket.rigs.cases import Progress, check_workers
+from drake_racket.models import data_directory
+from drake_racket.rigs.cases import Progress, call_in_processes, check_workers
 from drake_racket.rigs.grip_case import HISTORIES, LATE, MARGIN, STEP, Case, read_case
 from drake_racket.scenario import Scenario, changed, load_scenario
 from drake_racket.simulate import simulate
+from drake_racket.strings import POINT_NUMBERS
 
 if TYPE_CHECKING:
     import xarray
 
-POINTS = tuple(range(1, 10))
 LONGEST = 0.07
 """s, largest `after`: the ball of the stroke without impact starts at most 0.1 s away."""
 
@@ -49,7 +45,7 @@ def grip_and_location(
     *,
     base: Scenario | None = None,
     grips: Sequence[str] = GRIPS,
-    points: Sequence[int] = POINTS,
+    points: Sequence[int] = POINT_NUMBERS,
     store: Path | None = None,
     workers: int = 1,
     progress: Progress | None = None,
@@ -93,16 +89,8 @@ def grip_and_location(
             systems = systems or [make_impact_diagram(cases[i].scenario)]
             finish(i, run_case(cases[i], store, marks[i], systems[0]))
     elif left:
-        # spawned: a fork would share Drake's state with threads of the parent
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(min(workers, len(left)), mp_context=context) as pool:
-            futures = {pool.submit(run_case, cases[i], store, marks[i]): i for i in left}
-            try:
-                for future in as_completed(futures):
-                    finish(futures[future], future.result())
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
+        calls = [(cases[i], store, marks[i]) for i in left]
+        call_in_processes(run_case, calls, workers, lambda n, data: finish(left[n], data))
     data = {(c.grip, c.point): d for c, d in zip(cases, found, strict=True) if d is not None}
     return _combine(base, list(grips), list(points), data)
 
@@ -119,7 +107,7 @@ def make_cases(base: Scenario, grips: Sequence[str], points: Sequence[int]) -> l
         raise InputError("grip_and_location: grip_kind", "weld", "compliant, torsional")
     if not STEP <= base.after <= LONGEST:
         raise InputError("grip_and_location: after", base.after, f"{STEP:g} to {LONGEST:g} s")
-    for key, values, allowed in (("grips", grips, None), ("points", points, POINTS)):
+    for key, values, allowed in (("grips", grips, None), ("points", points, POINT_NUMBERS)):
         if not values or len(set(values)) < len(values):
             raise InputError(key, list(values), "at least one value, and each once")
         if allowed and not set(values) <= set(allowed):
@@ -167,14 +155,7 @@ def _fingerprint(scenario: Scenario) -> str:
     """Stands for all that decides a run's numbers."""
     loaded = (scenario.load_racket(), scenario.load_ball(), scenario.load_grip())
     values = [dataclasses.asdict(x) for x in (scenario, *loaded, load_upper_limb())]
-    digest = hashlib.sha256(json.dumps(values, sort_keys=True).encode())
-    here = Path(__file__).resolve().parent.parent
-    for path in sorted([*here.rglob("*.py"), *sdf_directory().glob("*.sdf")]):
-        digest.update(path.name.encode() + path.read_bytes())
-    for package in ("drake", "numpy"):
-        digest.update(version(package).encode())
-    digest.update(f"{sys.version_info.major}.{sys.version_info.minor}".encode())
-    return digest.hexdigest()
+    return digest(json.dumps([*values, environment()], sort_keys=True).encode())
 
 
 def _combine(

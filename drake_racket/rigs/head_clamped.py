@@ -34,11 +34,11 @@ from drake_racket.rigs.cases import (
     run_grid,
 )
 from drake_racket.scenario import Scenario
+from drake_racket.strings import POINT_NUMBERS
 
 if TYPE_CHECKING:
     import xarray
 
-POINTS = tuple(range(1, 10))
 CANNON_SPEEDS = (18.0, 21.0, 24.0, 27.0, 30.0, 33.0)
 """Inbound speeds (m/s): 18 to 33 in steps of about 3 (Glynn et al. 2011, Methods)."""
 
@@ -57,7 +57,7 @@ def normal_impacts(
     *,
     rackets: Sequence[str] = RACKETS,
     tensions: Sequence[str] = TENSIONS,
-    points: Sequence[int] = POINTS,
+    points: Sequence[int] = POINT_NUMBERS,
     speeds: Sequence[float] = CANNON_SPEEDS,
     base: Scenario | None = None,
     workers: int = 1,
@@ -139,7 +139,7 @@ def oblique_impacts(
     strokes: Sequence[str] = tuple(STROKES),
     angle_readings: Sequence[str] = ANGLE_READINGS,
     friction_readings: Sequence[str] = ("velocity", "displacement"),
-    points: Sequence[int] = POINTS,
+    points: Sequence[int] = POINT_NUMBERS,
     base: Scenario | None = None,
     workers: int = 1,
     progress: Progress | None = None,

@@ -8,7 +8,9 @@ its butt end (or from the near end of a part). The simulated bench that feeds th
 `inertia_bench_simulation`.
 
 Standard deviations are propagated to first order, sd(f)^2 = sum (df/dx_i)^2 sd(x_i)^2, for errors
-that are independent of each other; a standard deviation that is not given counts as zero.
+that are independent of each other; a standard deviation that is not given counts as zero. Mass and
+balance from the same two readings of the scales are not independent: `Weighing` has their
+covariance, and `pendulum_moments` takes it.
 """
 
 from __future__ import annotations
@@ -57,6 +59,7 @@ def pendulum_moments(
     period_sd: float = 0.0,
     mass_sd: float = 0.0,
     distance_sd: float = 0.0,
+    mass_distance_covariance: float = 0.0,
 ) -> PendulumMoments:
     """Moments of inertia from the period of a body that swings about a fixed horizontal axis.
 
@@ -71,6 +74,7 @@ def pendulum_moments(
         amplitude: rad, greatest angle from the vertical, below pi; 0 takes the small-angle limit.
         gravity: m/s^2.
         period_sd, mass_sd, distance_sd: standard deviations.
+        mass_distance_covariance: kg m, at most the product of both deviations.
 
     Raises:
         InputError: a value is not finite or out of range, or the period is below that of a point
@@ -82,6 +86,7 @@ def pendulum_moments(
     if not amplitude < math.pi:
         raise InputError("amplitude", amplitude, "0 to below pi, radians")
     check_not_negative(period_sd=period_sd, mass_sd=mass_sd, distance_sd=distance_sd)
+    common = _correlation(mass_distance_covariance, mass_sd, distance_sd)
     quarter = float(ellipk(math.sin(0.5 * amplitude) ** 2))
     time = period / (4.0 * quarter)
     about_pivot = mass * gravity * distance * time * time
@@ -94,8 +99,12 @@ def pendulum_moments(
     # both terms of I_com depend on the distance, and partly cancel
     central = (about_pivot / distance - 2.0 * mass * distance) * distance_sd
     return PendulumMoments(
-        about_pivot=_measured(about_pivot, by_period, about_pivot * by_mass, by_distance),
-        about_com=_measured(about_com, by_period, about_com * by_mass, central),
+        about_pivot=_measured(
+            about_pivot, by_period, *_correlated(about_pivot * by_mass, by_distance, common)
+        ),
+        about_com=_measured(
+            about_com, by_period, *_correlated(about_com * by_mass, central, common)
+        ),
     )
 
 
@@ -251,6 +260,56 @@ def balance_point(
     return Measured(place, deviation)
 
 
+@dataclass(frozen=True)
+class Weighing:
+    """Mass (kg) and centre of mass (m) from two weighings, and the covariance (kg m) of both."""
+
+    mass: Measured
+    com: Measured
+    covariance: float
+
+
+def weigh_twice(
+    reading: float,
+    exchanged: float,
+    edges: tuple[float, float],
+    *,
+    reading_sd: float = 0.0,
+    place_sd: float = 0.0,
+) -> Weighing:
+    """Mass and centre of mass of a body on two knife-edges, weighed again with them exchanged.
+
+        m = r1 + r2,   x = a + s (b - a),   s = r1 / m
+        sd(m)^2 = 2 sd(r)^2
+        sd(x)^2 = (s^2 + (1 - s)^2) (((b - a) / m)^2 sd(r)^2 + sd(a)^2)
+        cov(m, x) = (1 - 2 s) (b - a) / m sd(r)^2
+
+    by moments about a with the scales under b (r1), and about b with the scales under a (r2).
+
+    Args:
+        reading, exchanged: kg, r1 and r2.
+        edges: m, a and b, from the butt.
+        reading_sd, place_sd: standard deviations of either reading, and of either edge's place.
+
+    Raises:
+        InputError: a value is not finite or out of range, or the edges are in one place.
+
+    """
+    check_positive(reading=reading, exchanged=exchanged)
+    check_not_negative(reading_sd=reading_sd, place_sd=place_sd)
+    for edge in edges:
+        check_finite("edges", edge)
+    mass, distance = reading + exchanged, edges[1] - edges[0]
+    place = balance_point(reading, mass, distance, fixed_edge=edges[0]).value
+    share, lever = reading / mass, distance / mass * reading_sd
+    both = math.hypot(share, 1.0 - share)
+    deviation = both * math.hypot(lever, place_sd)
+    covariance = (1.0 - 2.0 * share) * lever * reading_sd
+    for result in (deviation, covariance):
+        check_finite("edges, reading_sd, place_sd", result)
+    return Weighing(_measured(mass, reading_sd, reading_sd), Measured(place, deviation), covariance)
+
+
 def swingweight_from_period(
     period: float,
     mass: float,
@@ -292,6 +351,21 @@ def _check_periods(period: float, empty_period: float) -> None:
     check_not_negative(empty_period=empty_period)
     if not empty_period < period:
         raise InputError("empty_period", empty_period, f"less than the period, {period} s")
+
+
+def _correlation(covariance: float, mass_sd: float, distance_sd: float) -> float:
+    """Correlation of the mass and the distance, from their covariance."""
+    check_finite("mass_distance_covariance", covariance)
+    product = mass_sd * distance_sd
+    if abs(covariance) > product:
+        allowed = f"-{product:.6g} to {product:.6g} kg m, the deviations' product"
+        raise InputError("mass_distance_covariance", covariance, allowed)
+    return covariance / product if product > 0.0 else 0.0
+
+
+def _correlated(first: float, second: float, correlation: float) -> tuple[float, float]:
+    """Independent shares that have the variance of the sum of two correlated ones."""
+    return first + correlation * second, math.sqrt(1.0 - correlation**2) * second
 
 
 def _measured(value: float, *shares: float) -> Measured:

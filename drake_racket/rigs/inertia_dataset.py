@@ -19,9 +19,9 @@ from drake_racket.parameters import RacketParameters, load_racket
 from drake_racket.rigs.inertia_bench import (
     STANDARD_GRAVITY,
     Measured,
-    balance_point,
     pendulum_moments,
     torsional_moment,
+    weigh_twice,
 )
 from drake_racket.rigs.inertia_bench_simulation import (
     AXES,
@@ -59,7 +59,8 @@ class BenchErrors:
     swings; scales to 0.1 g; a rule to 0.5 mm. They do not disturb the simulated readings.
 
     Attributes:
-        period: s, of every period.  mass: kg, of every reading.  length: m, of every place.
+        period: s, of every period.  mass: kg, of every reading.  length: m, of every place (of
+            both knife-edges and of the pendulum's pivot).
 
     """
 
@@ -72,7 +73,7 @@ class BenchErrors:
 class BenchResult:
     """What the bench finds of one specimen; moments by axis."""
 
-    mass: float
+    mass: Measured
     com: Measured
     periods: dict[str, float]
     moments: dict[str, Measured]
@@ -90,8 +91,8 @@ def measure(
 ) -> BenchResult:
     """Puts one specimen on all instruments of the bench.
 
-    The mass is the sum of two scale readings, with the knife-edges exchanged; the first of them
-    gives the balance too. Both pendulum axes go through the same pivot (`PIVOTS`).
+    The mass is the sum of two scale readings, with the knife-edges exchanged; their shares of it
+    give the balance. Both pendulum axes go through the same pivot (`PIVOTS`).
 
     Raises:
         InputError: an argument is out of range.
@@ -106,16 +107,10 @@ def measure(
         scale_reading(pieces, fixed_edge=a, scale_edge=b, gravity=gravity)
         for a, b in (edges, edges[::-1])
     )
-    mass = reading + exchanged
-    com = balance_point(
-        reading,
-        mass,
-        edges[1] - edges[0],
-        fixed_edge=edges[0],
-        reading_sd=errors.mass,
-        mass_sd=errors.mass,
-        edge_distance_sd=errors.length,
+    weighing = weigh_twice(
+        reading, exchanged, edges, reading_sd=errors.mass, place_sd=errors.length
     )
+    mass, com = weighing.mass, weighing.com
     empty = twist([PLATFORM], amplitude=amplitude, oscillations=oscillations).period
     loaded = twist([PLATFORM, *pieces], amplitude=amplitude, oscillations=oscillations).period
     longitudinal = torsional_moment(
@@ -138,13 +133,14 @@ def measure(
         ).period
         found = pendulum_moments(
             periods[axis],
-            mass,
+            mass.value,
             com.value - PIVOTS[specimen],
             amplitude=amplitude,
             gravity=gravity,
             period_sd=errors.period,
-            mass_sd=errors.mass,
+            mass_sd=mass.sd,
             distance_sd=math.hypot(com.sd, errors.length),
+            mass_distance_covariance=weighing.covariance,
         )
         moments[axis], about_pivot[axis] = found.about_com, found.about_pivot
     return BenchResult(mass, com, periods, moments, about_pivot)
@@ -168,7 +164,7 @@ def inertia_dataset(
     Returns:
         A Dataset over `racket`, `part` (handle, head, frame, strung) and `axis`: `period`,
         `moment` with `moment_sd`, `moment_input`, `relative_error`; over `racket` and `part`
-        `mass`, `com` and theirs; over `racket` `swingweight`, `twistweight` and `spinweight` of
+        `mass` and `com` with theirs; over `racket` `swingweight`, `twistweight` and `spinweight` of
         the strung racket with those of `racket_properties` (`..._model`). SI units.
 
     Raises:
@@ -224,7 +220,8 @@ def _variable(dimensions: tuple[str, ...], values: Any, units: str, text: str) -
 def _parts(found: Found, given: Given) -> dict[str, Variable]:
     """Mass and balance over racket and part."""
     columns = {
-        "mass": ([[f.mass for f in row] for row in found], "kg", "mass from the scales"),
+        "mass": ([[f.mass.value for f in row] for row in found], "kg", "mass from the scales"),
+        "mass_sd": ([[f.mass.sd for f in row] for row in found], "kg", "its standard deviation"),
         "mass_input": ([[g.mass for g in row] for row in given], "kg", "mass put in"),
         "com": ([[f.com.value for f in row] for row in found], "m", "balance from knife-edges"),
         "com_sd": ([[f.com.sd for f in row] for row in found], "m", "its standard deviation"),

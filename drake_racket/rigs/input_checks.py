@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import math
-import numbers
 
 from drake_racket.errors import InputError
+from drake_racket.number_checks import finite_number
 
 
 def check_finite(key: str, value: object) -> None:
     """A real number that is finite as a float; true and false are no numbers."""
-    try:
-        finite = (
-            isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)
-        )
-    except OverflowError:  # an int beyond the floats
-        finite = False
-    if not finite:
-        raise InputError(key, value, "a finite number")
+    finite_number(key, value)
 
 
 def check_positive(**values: float) -> None:

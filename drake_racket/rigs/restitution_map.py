@@ -22,6 +22,7 @@ from drake_racket.parameters import RACKETS
 from drake_racket.result import ImpactResult
 from drake_racket.rigs.cases import USUAL, Axis, Output, Progress, run_grid
 from drake_racket.scenario import Scenario
+from drake_racket.strings import POINT_NUMBERS
 
 if TYPE_CHECKING:
     import xarray
@@ -29,12 +30,10 @@ if TYPE_CHECKING:
 SPEED = 25.0
 """m/s, relative speed of ball and racket: the middle of the source's 18-33 m/s."""
 
-POINTS = tuple(range(1, 10))
-
 
 def _peak_acceleration(result: ImpactResult) -> float:
-    assert result.peak_handle_acceleration is not None
-    return result.peak_handle_acceleration
+    found = result.peak_handle_acceleration
+    return float("nan") if found is None else found
 
 
 def handle_ringing(history: xarray.Dataset) -> float:
@@ -115,7 +114,7 @@ def restitution_map(
     *,
     rackets: Sequence[str] = RACKETS,
     supports: Sequence[str] = ("free", "clamped_handle"),
-    points: Sequence[int] = POINTS,
+    points: Sequence[int] = POINT_NUMBERS,
     base: Scenario | None = None,
     workers: int = 1,
     progress: Progress | None = None,

@@ -22,12 +22,11 @@ from drake_racket.errors import InputError
 from drake_racket.parameters import RACKETS, TENSIONS, RacketParameters, load_racket
 from drake_racket.racket import string_bed_model
 from drake_racket.string_bed import spring_constants
-from drake_racket.strings import INCIDENCE, generalized_forces
+from drake_racket.strings import INCIDENCE, POINT_NUMBERS, generalized_forces
 
 if TYPE_CHECKING:
     import xarray
 
-POINTS = tuple(range(1, 10))
 FORCES = (1.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 800.0, 1000.0, 1200.0)
 """N; impacts at 18-33 m/s peak at 0.6 to 1.3 kN."""
 
@@ -60,7 +59,7 @@ def static_deflection(racket: RacketParameters, point: int, force: float) -> NDA
         InputError: unknown point, or a force that is not 0 to 20 kN.
 
     """
-    if point not in POINTS:
+    if point not in POINT_NUMBERS:
         raise InputError("point", point, "1 to 9")
     if not 0.0 <= force <= MOST_FORCE:
         raise InputError("force", force, f"0 to {MOST_FORCE:g} N")
@@ -89,7 +88,7 @@ def stiffness_dataset(
     *,
     rackets: Sequence[str] = RACKETS,
     tensions: Sequence[str] = TENSIONS,
-    points: Sequence[int] = POINTS,
+    points: Sequence[int] = POINT_NUMBERS,
     forces: Sequence[float] = FORCES,
 ) -> xarray.Dataset:
     """Force-deflection curves and stiffness of every bed and point.

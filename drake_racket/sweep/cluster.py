@@ -30,7 +30,7 @@ def run_on_cluster(
         scheduler: its address, or a client of the caller's, which stays open.
 
     Raises:
-        InputError: no scheduler there, no workers, or workers with other code.
+        InputError: no scheduler there, no workers within `WAIT`, or workers with other code.
         SweepStopped: the scheduler went away.
 
     """
@@ -60,17 +60,10 @@ def _connect(address: str) -> Any:  # distributed has hints for a part of it onl
         raise InputError("--scheduler", address, allowed) from None
     connect: Any = Client
     try:
-        client = connect(address, timeout=10, set_as_default=False)
+        return connect(address, timeout=10, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         allowed = f"the address of a running Dask scheduler ({one_line(str(error), 120)})"
         raise InputError("--scheduler", address, allowed) from None
-    try:
-        client.wait_for_workers(1, timeout=WAIT)
-    except TimeoutError:
-        client.close(timeout=1)
-        allowed = f"a scheduler that has a worker within {WAIT:g} s"
-        raise InputError("--scheduler", address, allowed) from None
-    return client
 
 
 class _Cases:
@@ -82,12 +75,21 @@ class _Cases:
         self._tasks = iter(tasks)
         self._done: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._room, self._looked = 0, -_LOOK
+        self._staffed, self._started = False, time.monotonic()
 
     def fill(self) -> None:
-        """Hands out cases: three for each thread of the cluster, so that none waits for work."""
+        """Hands out cases: three for each thread of the cluster, so that none waits for work.
+
+        Some before there is a worker: an adaptive cluster starts workers when there is work.
+        """
         if time.monotonic() - self._looked > _LOOK:
             self._check()
-            self._room = 3 * max(1, self._threads())
+            threads = self._threads()
+            self._staffed |= threads > 0
+            if not self._staffed and time.monotonic() - self._started > WAIT:
+                allowed = f"a scheduler that has a worker within {WAIT:g} s"
+                raise InputError("--scheduler", self._address(), allowed)
+            self._room = 3 * max(1, threads)
             self._looked = time.monotonic()
         while len(self.running) < self._room:
             task = next(self._tasks, None)

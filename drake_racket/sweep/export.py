@@ -20,9 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drake_racket.environment import environment
 from drake_racket.files import replace_file, write_netcdf, write_table, write_text
 from drake_racket.sweep.axes import Column, SweepAxis
-from drake_racket.sweep.identity import as_text, environment
+from drake_racket.sweep.identity import as_text
 from drake_racket.sweep.spec import Sweep
 from drake_racket.sweep.store import Store
 

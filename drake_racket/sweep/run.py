@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from drake_racket.environment import environment
 from drake_racket.errors import InputError
 from drake_racket.files import check_directory, directory_error
 from drake_racket.histories import write_history
@@ -19,7 +20,7 @@ from drake_racket.sweep.cases import Plan, make_plan
 from drake_racket.sweep.cluster import run_on_cluster
 from drake_racket.sweep.executors import MOST_BUILDS, run_here, run_in_processes
 from drake_racket.sweep.export import make_dataset, write_results
-from drake_racket.sweep.identity import as_text, environment, fingerprint
+from drake_racket.sweep.identity import as_text, fingerprint
 from drake_racket.sweep.spec import Sweep
 from drake_racket.sweep.store import Store, remove_sweep
 from drake_racket.sweep.worker import Outcome, Settings, SweepStopped, Task, failed
@@ -71,13 +72,15 @@ def run_sweep(
     """Runs what is missing of a sweep and returns all of it.
 
     The results depend on the sweep alone: not on executor, order, number of workers, or how often
-    it was interrupted. With `workers` above 1, a script that calls this needs the usual
-    `if __name__ == "__main__":`.
+    it was interrupted. Where processes are spawned (see `workers`), a script that calls this needs
+    the usual `if __name__ == "__main__":`.
 
     Args:
         sweep: see `make_sweep` and `load_sweep`.
         out: directory for the durable results; None keeps nothing.
-        workers: processes of this machine; 1 works in this one.
+        workers: processes of this machine; 1 works in this one, unless the sweep needs more than
+            `executors.MOST_BUILDS` Diagrams: then in one spawned process at a time, which is
+            replaced as it wears out.
         scheduler: of a Dask cluster, instead of own processes: its address, or a client.
         fresh: delete what `out` has of another sweep, or of this one.
         progress: called with how far it is.
@@ -116,19 +119,22 @@ def run_sweep(
         store = Store(out, identity, plan.hashes, sweep.outputs)
     except OSError as error:
         raise directory_error(out or Path(), error, "--out") from None
-    try:
-        _run_missing(sweep, plan, store, out, _executor(plan, workers, scheduler), report)
-    except (SweepStopped, OSError, sqlite3.Error) as error:
-        raise _stopped(error, sweep, out, store) from None
-    except KeyboardInterrupt:
-        if out is not None:
-            write_results(make_dataset(sweep, store, identity, plan.hashes), out)
-        raise
-    else:
+
+    def results() -> xarray.Dataset:
         dataset = make_dataset(sweep, store, identity, plan.hashes)
         if out is not None:
             write_results(dataset, out)
         return dataset
+
+    try:
+        try:
+            _run_missing(sweep, plan, store, out, _executor(plan, workers, scheduler), report)
+        except KeyboardInterrupt:
+            results()
+            raise
+        return results()
+    except (SweepStopped, OSError, sqlite3.Error) as error:
+        raise _stopped(error, sweep, out, store) from None
     finally:
         store.close()
 

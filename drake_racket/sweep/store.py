@@ -18,6 +18,7 @@ from __future__ import annotations
 import fcntl
 import json
 import math
+import re
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing
@@ -25,8 +26,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+from drake_racket.environment import digest
 from drake_racket.errors import InputError
-from drake_racket.sweep.identity import as_text, difference, digest
+from drake_racket.files import meant_for
+from drake_racket.histories import FORMATS
+from drake_racket.sweep.identity import as_text, difference
 from drake_racket.sweep.outputs import SweepOutput
 from drake_racket.sweep.worker import Outcome
 
@@ -201,8 +205,14 @@ def _release(lock: IO[str] | None) -> None:
         lock.close()
 
 
+_HISTORY = re.compile(rf"case_[0-9]{{6,}}\.({'|'.join(FORMATS)})")
+_RESULTS = ("results.nc", "results.csv", "results.parquet", "sweep.json")
+
+
 def remove_sweep(directory: Path) -> None:
     """Deletes what sweeps have written in a directory, and nothing else; nothing if there is none.
+
+    What they were writing when they were killed goes, too.
 
     Raises:
         InputError: another process writes there.
@@ -212,9 +222,8 @@ def remove_sweep(directory: Path) -> None:
         return
     with closing(_lock(directory)):
         for path in [
-            *directory.glob("histories/case_*"),
-            *(directory / f"results.{suffix}" for suffix in ("nc", "csv", "parquet")),
-            directory / "sweep.json",
+            *(p for p in directory.glob("histories/*") if _HISTORY.fullmatch(meant_for(p).name)),
+            *(p for p in directory.iterdir() if meant_for(p).name in _RESULTS),
             directory / f"{FILE}-journal",
             directory / FILE,  # last: as long as it is there, the rest is known to be a sweep's
         ]:

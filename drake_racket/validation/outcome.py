@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from drake_racket.rigs.cases import Progress
-from drake_racket.rigs.head_clamped import CANNON_SPEEDS, POINTS
+from drake_racket.rigs.head_clamped import CANNON_SPEEDS
+from drake_racket.strings import POINT_NUMBERS
 
 if TYPE_CHECKING:
     import xarray
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 class Plan:
     """How fine the grids are. The default is the whole report; `coarse` is a first look."""
 
-    points: tuple[int, ...] = POINTS
+    points: tuple[int, ...] = POINT_NUMBERS
     speeds: tuple[float, ...] = CANNON_SPEEDS
     axis_step: float = 0.01  # m, along the racket's axis
     forces: tuple[float, ...] = (1.0, *(float(f) for f in range(50, 1201, 50)))

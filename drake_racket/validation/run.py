@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from drake_racket.environment import environment
 from drake_racket.errors import InputError
 from drake_racket.files import (
     check_directory,
@@ -108,9 +108,7 @@ def fingerprint(plan: Plan) -> str:
     ]
     for path in sorted(sources):
         digest.update(path.name.encode() + path.read_bytes())
-    for package in ("drake", "numpy", "scipy"):
-        digest.update(version(package).encode())
-    digest.update(f"{sys.version_info.major}.{sys.version_info.minor}".encode())
+    digest.update(json.dumps([environment(), version("scipy")], sort_keys=True).encode())
     return digest.hexdigest()
 
 
