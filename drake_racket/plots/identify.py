@@ -123,7 +123,7 @@ def starts_figure(result: FitResult, *, scale: float = 1.0, unit: str | None = N
     axes.set_ylabel(f"lowest RMS so far{_bracket(unit)}")
     found = f"{scale * result.rms:.4g} {unit}".rstrip()
     starts = f", {len(records)} starts" if len(records) > 1 else ""
-    axes.set_title(f"{result.title} ({result.method}{starts}): {found}", fontsize="medium")
+    axes.set_title(f"{result.title}\n{result.method}{starts}: {found}", fontsize="medium")
     tidy(axes)
     return figure
 
