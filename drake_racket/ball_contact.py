@@ -25,38 +25,32 @@ from drake_racket.contact import (
     CONTACT,
     FREE,
     PASSED,
-    ball_constants,
     contact_forces,
     contact_powers,
     relative_motion,
 )
 from drake_racket.contact_state import (
     AT_BALL,
-    BY_DISPLACEMENT,
     CB,
     CONSTANTS,
     DISCRETE_SIZE,
-    GIVEN_UP,
     KB,
     LEAD,
-    MU,
-    OFFSET_X,
-    OFFSET_Y,
     PHASE,
     POINT,
     POWER,
     RATE,
     RELEASE,
-    SCALE,
     SEEN,
     SIZE,
-    SPEED,
     TOUCH,
-    TOUCHES,
     WEIGHT,
     ContactBodies,
     ContactModel,
+    late_touch_changes,
+    release_changes,
     spread,
+    touch_changes,
     value_of,
 )
 
@@ -347,52 +341,18 @@ def BallContact_(T: Any) -> Any:
             return bool((x / a) ** 2 + (y / b) ** 2 < 1.0)
 
         def _touch(self, context: Any, state: Any, point: int, p: Any, v: Any) -> dict[int, Any]:
-            """First touch latches approach speed, kb and cb; each touch the other constants."""
-            friction, scales, choices = (
-                context.get_numeric_parameter(i).CopyToVector() for i in (1, 2, 3)
-            )
-            by_displacement = round(value_of(choices[1]))
-            touches = round(value_of(state[TOUCHES]))
-            changes = {
-                PHASE: CONTACT,
-                POINT: point,
-                MU: friction[point - 1],
-                OFFSET_X: p[0],
-                OFFSET_Y: p[1],
-                SCALE: scales[by_displacement],
-                BY_DISPLACEMENT: by_displacement,
-                AT_BALL: choices[2],
-                TOUCHES: touches + 1,
-            }
-            if touches == 0:
-                ball = context.get_numeric_parameter(self.BALL).CopyToVector()
-                low, high, kb, kb_growth, cb, cb_growth = ball
-                changes |= {
-                    SPEED: -v[2],
-                    KB: ball_constants(-v[2], low, high, kb, kb_growth),
-                    CB: ball_constants(-v[2], low, high, cb, cb_growth),
-                    TOUCH: context.get_time(),
-                }
+            parameters = [
+                context.get_numeric_parameter(i).CopyToVector()
+                for i in (self.BALL, self.FRICTION, self.SCALES, self.CHOICES)
+            ]
+            changes = touch_changes(state, point, p, v, context.get_time(), parameters)
             if self.discrete:
                 self._write(changes, state)
-                changes |= self._late_touch(context, state, p, v)
+                late = late_touch_changes(p, v, self.plant.time_step())
+                motion = self._motion(context, point)
+                power = self._powers(motion, self._law(*motion, state[CONSTANTS]), state)
+                changes |= late | spread(POWER, late[WEIGHT] * power)
             return changes
-
-        def _late_touch(self, context: Any, state: Any, p: Any, v: Any) -> dict[int, Any]:
-            """What a discrete step makes up for; a run that starts in contact is not late."""
-            step = self.plant.time_step()
-            lag = p[2] / v[2]
-            if value_of(lag) > step:
-                lag = 0.0 * lag
-            weight = 0.5 + lag / step
-            motion = self._motion(context, round(value_of(state[POINT])))
-            power = self._powers(motion, self._law(*motion, state[CONSTANTS]), state)
-            return (
-                {WEIGHT: weight}
-                | spread(RATE, v)
-                | spread(LEAD, 0.0 * np.array(v))
-                | spread(POWER, weight * power)
-            )
 
         def _step_in_contact(self, context: Any, state: Any) -> dict[int, Any]:
             """At the start of a discrete step: the lead of its velocity, or release."""
@@ -408,11 +368,7 @@ def BallContact_(T: Any) -> Any:
 
         def _release(self, context: Any, state: Any) -> dict[int, Any]:
             p, _ = self._relative(*self._motion(context, round(value_of(state[POINT]))))
-            return {
-                PHASE: PASSED if value_of(p[2]) < 0.0 else FREE,
-                RELEASE: context.get_time(),
-                GIVEN_UP: state[GIVEN_UP] + 0.5 * state[KB] * p[2] * p[2],
-            }
+            return release_changes(state, p, context.get_time())
 
     return Impl
 

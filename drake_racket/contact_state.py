@@ -1,12 +1,15 @@
-"""What a BallContact is made of and what it latches: numbers, state, record."""
+"""What a BallContact is made of and what it latches: numbers, state, touch and release, record."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from drake_racket.contact import CONTACT, FREE, PASSED, ball_constants
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,61 @@ def contact_record(state: Any) -> ContactRecord:
         energy_given_up=s[GIVEN_UP],
         touches=round(s[TOUCHES]),
     )
+
+
+def touch_changes(
+    state: Any, point: int, p: Any, v: Any, time: Any, parameters: Sequence[Any]
+) -> dict[int, Any]:
+    """What a touch latches: the first one approach speed, kb, cb; each one the other constants.
+
+    Args:
+        state: before it.
+        point: 1-9, that is hit.
+        p, v: of the ball about the string mass, in the head (m, m/s).
+        time: s.
+        parameters: the BallContact's: ball, friction, scales, choices.
+
+    """
+    ball, friction, scales, choices = parameters
+    by_displacement = round(value_of(choices[1]))
+    touches = round(value_of(state[TOUCHES]))
+    changes = {
+        PHASE: CONTACT,
+        POINT: point,
+        MU: friction[point - 1],
+        OFFSET_X: p[0],
+        OFFSET_Y: p[1],
+        SCALE: scales[by_displacement],
+        BY_DISPLACEMENT: by_displacement,
+        AT_BALL: choices[2],
+        TOUCHES: touches + 1,
+    }
+    if touches == 0:
+        low, high, kb, kb_growth, cb, cb_growth = ball
+        changes |= {
+            SPEED: -v[2],
+            KB: ball_constants(-v[2], low, high, kb, kb_growth),
+            CB: ball_constants(-v[2], low, high, cb, cb_growth),
+            TOUCH: time,
+        }
+    return changes
+
+
+def late_touch_changes(p: Any, v: Any, step: float) -> dict[int, Any]:
+    """What a discrete step (s) makes up for; a run that starts in contact is not late."""
+    lag = p[2] / v[2]
+    if value_of(lag) > step:
+        lag = 0.0 * lag
+    return {WEIGHT: 0.5 + lag / step} | spread(RATE, v) | spread(LEAD, 0.0 * np.array(v))
+
+
+def release_changes(state: Any, p: Any, time: Any) -> dict[int, Any]:
+    """What the end of the force leaves: the energy of what compression is left is given up."""
+    return {
+        PHASE: PASSED if value_of(p[2]) < 0.0 else FREE,
+        RELEASE: time,
+        GIVEN_UP: state[GIVEN_UP] + 0.5 * state[KB] * p[2] * p[2],
+    }
 
 
 def spread(indices: slice, values: Any) -> dict[int, Any]:
