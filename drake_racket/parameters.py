@@ -9,6 +9,7 @@ Points 1-9 are numbered row by row as seen from +z with the tip up, so that +y i
 """
 
 import dataclasses
+import math
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -318,7 +319,7 @@ def _check_geometry(racket: RacketParameters, where: str) -> None:
                 f"at most the handle's length, {racket.handle.length.value}",
             )
     a, b, s = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value, bed.spacing.value
-    if (s / a) ** 2 + (s / b) ** 2 >= 1.0:
+    if math.hypot(s / a, s / b) >= 1.0:  # ** would raise where a is tiny
         raise InputError(
             f"{where}: string_bed.rim_semi_axis_x.value",
             a,

@@ -263,7 +263,7 @@ def _check_aim(scenario: Scenario, racket: RacketParameters, where: str) -> None
     x, y, _ = scenario.aim(racket) - centre
     bed = racket.string_bed
     a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
-    if (x / a) ** 2 + (y / b) ** 2 >= 1.0:
+    if math.hypot(x / a, y / b) >= 1.0:
         raise InputError(
             f"{where}: offset_x, offset_y",
             (scenario.offset_x, scenario.offset_y),

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_racket import InputError, Scenario, load_ball, load_racket, make_impact_diagram, simulate
@@ -492,6 +492,7 @@ def test_unknown_keys(key):
 
 @settings(max_examples=60, deadline=None)
 @given(st.dictionaries(st.sampled_from(sorted(KEYS)), st.floats(-10, 10), max_size=4))
+@example({"racket.string_bed.rim_semi_axis_x": 3.7e-156})
 def test_whatever_is_accepted_is_what_the_model_gets(overrides):
     scenario, error = None, ""
     try:
