@@ -27,7 +27,7 @@ from scipy import optimize, stats
 from drake_racket.errors import InputError
 from drake_racket.files import write_netcdf
 from drake_racket.identify import journal as journal_module
-from drake_racket.identify.annealing import anneal
+from drake_racket.identify.annealing import Chain, anneal
 from drake_racket.identify.covariance import uncertainty
 from drake_racket.identify.intervals import profile, profile_interval
 from drake_racket.identify.journal import Journal
@@ -480,6 +480,26 @@ def test_annealing_chains_are_apart_and_the_best_is_kept() -> None:
     np.testing.assert_array_equal(several.estimates, best.estimates)
     other = anneal(decay(), seed=2, starts=1, max_evaluations=60)
     assert other.rms != one.rms
+
+
+def test_chains_have_random_numbers_of_their_own() -> None:
+    """From one and the same start."""
+
+    def history(number: int) -> Array:
+        chain = Chain(
+            problem=decay(),
+            number=number,
+            point=np.full(3, 0.5),
+            journal=None,
+            seed=1,
+            temperature=500.0,
+            max_evaluations=40,
+            polish=False,
+        )
+        return chain.run(lambda _done, _rms: None).record.history
+
+    np.testing.assert_array_equal(history(0), history(0))
+    assert not np.array_equal(history(0), history(1))
 
 
 def test_chain_without_a_solution_at_its_start_is_left_out() -> None:
