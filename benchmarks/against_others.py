@@ -39,10 +39,10 @@ from numpy.typing import NDArray
 from numpy_impact import NumpyImpact
 from pydrake.systems.analysis import Simulator
 
-from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.scenario import IntegratorSettings, Scenario
-from drake_racket.simulate import configure_integrator, simulate
-from drake_racket.simulate import run as run_scenario
+from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.parameters.scenario import IntegratorSettings, Scenario
+from drake_racket.simulation import configure_integrator, simulate
+from drake_racket.simulation import run as run_scenario
 
 FIGURE = Path(__file__).parents[1] / "docs" / "figures" / "performance_against_others.png"
 END = 0.008  # s, from touch

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.contact import ball_constants
-from drake_racket.racket import string_bed_model
-from drake_racket.scenario import Scenario
-from drake_racket.strings import INCIDENCE, SPRINGS
+from drake_racket.laws.contact import ball_constants
+from drake_racket.laws.strings import INCIDENCE, SPRINGS
+from drake_racket.parameters.scenario import Scenario
+from drake_racket.plant.racket import string_bed_model
 
 
 @dataclass(frozen=True)

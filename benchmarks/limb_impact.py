@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from measure import interleaved, table, versions
 
-from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.models import data_directory
-from drake_racket.scenario import Scenario, load_scenario
-from drake_racket.simulate import run
+from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.io.shipped import data_directory
+from drake_racket.parameters.scenario import Scenario, load_scenario
+from drake_racket.simulation import run
 
 REPEATS = 5
 EVALUATIONS = 200

@@ -12,7 +12,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket import compiled
+from drake_racket.laws import compilation as compiled
 
 Samples = dict[str, NDArray[np.float64]]
 

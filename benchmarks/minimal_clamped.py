@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.strings import SPRINGS
+from drake_racket.laws.strings import SPRINGS
 
 FIRST = np.array([i - 1 for i, _ in SPRINGS.values()])
 SECOND = np.array([j - 1 for _, j in SPRINGS.values()])

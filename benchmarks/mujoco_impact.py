@@ -23,7 +23,7 @@ from impact_numbers import Numbers
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from drake_racket.compiled import compiled
+from drake_racket.laws.compilation import compiled
 
 POINT_INERTIA = 2e-15  # kg m^2
 

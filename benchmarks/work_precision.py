@@ -33,10 +33,10 @@ import typer
 from measure import table, versions
 from numpy.typing import NDArray
 
-from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.result import ImpactResult
-from drake_racket.scenario import SCHEMES, IntegratorSettings, Scenario
-from drake_racket.simulate import SimulationError, simulate
+from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.parameters.scenario import SCHEMES, IntegratorSettings, Scenario
+from drake_racket.results.impact import ImpactResult
+from drake_racket.simulation import SimulationError, simulate
 
 FIGURE = Path(__file__).parents[1] / "docs" / "figures" / "performance_work_precision.png"
 CASES = {

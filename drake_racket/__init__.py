@@ -5,49 +5,49 @@ doi:10.1007/s12283-010-0056-x. Compose it on your own plant with `add_racket`, `
 `add_impact`, or run the ready-made case with `simulate`.
 """
 
-from drake_racket.ball import Ball, add_ball, set_ball_inertia
-from drake_racket.ball_contact import BallContact, BallContact_
-from drake_racket.contact_state import ContactRecord
-from drake_racket.describe import RacketProperties, frame_fundamentals, racket_properties
-from drake_racket.diagram import Impact, add_contact, add_impact, connect_forces
-from drake_racket.energy import (
+from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import write_csv, write_figure, write_netcdf, write_table
+from drake_racket.io.shipped import add_to_package_map, sdf_directory
+from drake_racket.laws.phases import ContactRecord
+from drake_racket.limbs.limb import Limb
+from drake_racket.limbs.models import add_limb_model, find_limb
+from drake_racket.limbs.stroke import Stroke, apply_stroke, solve_stroke
+from drake_racket.limbs.upper_limb import add_upper_limb
+from drake_racket.parameters.limb import load_upper_limb
+from drake_racket.parameters.limb_settings import LimbSettings
+from drake_racket.parameters.overrides import ParameterKey, apply_overrides, parameter_keys
+from drake_racket.parameters.racket import (
+    BallParameters,
+    RacketParameters,
+    load_ball,
+    load_racket,
+)
+from drake_racket.parameters.scenario import IntegratorSettings, Scenario, load_scenario
+from drake_racket.plant.ball import Ball, add_ball, set_ball_inertia
+from drake_racket.plant.compose import Impact, add_contact, add_impact, connect_forces
+from drake_racket.plant.grip import Grip, GripStiffness, add_grip, load_grip, write_grip
+from drake_racket.plant.properties import RacketProperties, frame_fundamentals, racket_properties
+from drake_racket.plant.racket import Racket, add_racket, find_racket, set_racket_inertia
+from drake_racket.plant.supports import add_supported_racket
+from drake_racket.plant.systems.ball_contact import BallContact, BallContact_
+from drake_racket.plant.systems.grip_load import (
+    GripLoad,
+    GripLoad_,
+    add_grip_load,
+    set_grip_load_parameters,
+)
+from drake_racket.plant.systems.string_bed import StringBed, StringBed_
+from drake_racket.plots import impact_figure
+from drake_racket.results.energy import (
     EnergyMeter,
     EnergyMeter_,
     add_energy_meter,
     balance,
     set_meter_parameters,
 )
-from drake_racket.errors import InputError
-from drake_racket.files import write_csv, write_figure, write_netcdf, write_table
-from drake_racket.grip import Grip, GripStiffness, add_grip, load_grip, write_grip
-from drake_racket.grip_load import (
-    GripLoad,
-    GripLoad_,
-    add_grip_load,
-    set_grip_load_parameters,
-)
-from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.limbs.any_limb import add_limb_model, find_limb
-from drake_racket.limbs.limb import Limb
-from drake_racket.limbs.settings import LimbSettings
-from drake_racket.limbs.stroke import Stroke, apply_stroke, solve_stroke
-from drake_racket.limbs.upper_limb import add_upper_limb
-from drake_racket.limbs.upper_limb_parameters import load_upper_limb
-from drake_racket.models import add_to_package_map, sdf_directory
-from drake_racket.overrides import ParameterKey, apply_overrides, parameter_keys
-from drake_racket.parameters import (
-    BallParameters,
-    RacketParameters,
-    load_ball,
-    load_racket,
-)
-from drake_racket.plots import impact_figure
-from drake_racket.racket import Racket, add_racket, find_racket, set_racket_inertia
-from drake_racket.result import ImpactResult
-from drake_racket.scenario import IntegratorSettings, Scenario, load_scenario
-from drake_racket.simulate import SimulationError, configure_integrator, simulate
-from drake_racket.string_bed import StringBed, StringBed_
-from drake_racket.supports import add_supported_racket
+from drake_racket.results.impact import ImpactResult
+from drake_racket.simulation import SimulationError, configure_integrator, simulate
 
 __all__ = [
     "Ball",

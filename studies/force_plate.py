@@ -10,14 +10,20 @@ form of the damped oscillator. A signal is a CSV with the columns `time [s]` and
 import argparse
 from pathlib import Path
 
-from drake_racket.errors import InputError, one_line_errors
-from drake_racket.files import check_directory, write_csv, write_figure, write_netcdf, write_table
-from drake_racket.parameters import load_ball
-from drake_racket.plots.force_plate import force_plate_figure
-from drake_racket.rigs.force_plate import plate_dataset
+from drake_racket.io.errors import InputError, one_line_errors
+from drake_racket.io.files import (
+    check_directory,
+    write_csv,
+    write_figure,
+    write_netcdf,
+    write_table,
+)
+from drake_racket.io.signals import Signal, read_signal
+from drake_racket.parameters.racket import load_ball
+from drake_racket.plots.rigs.force_plate import force_plate_figure
+from drake_racket.rigs.force_plate.force import SAMPLE_RATE, analyse_force
+from drake_racket.rigs.force_plate.plate import plate_dataset
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS
-from drake_racket.rigs.plate_force import SAMPLE_RATE, analyse_force
-from drake_racket.signals import Signal, read_signal
 
 LONGEST_STEP = 250e-6  # s: 20 samples in 5 ms, the whole axis of the source's Fig. 4
 

@@ -13,13 +13,13 @@ import numpy as np
 import xarray
 
 from drake_racket import load_racket, write_figure, write_netcdf, write_table
-from drake_racket.errors import one_line_errors
-from drake_racket.files import check_directory
-from drake_racket.parameters import RACKETS
-from drake_racket.plots.modes import frame_modes_figure, grip_figure, string_modes_figure
-from drake_racket.rigs.frame_modes import fundamentals_table, modes_dataset
-from drake_racket.rigs.mode_comparisons import GRIP_FACTORS, grip_sweep, string_bed_coupling
-from drake_racket.rigs.mode_shapes import PLANES, SAMPLES, check_samples
+from drake_racket.io.errors import one_line_errors
+from drake_racket.io.files import check_directory
+from drake_racket.parameters.racket import RACKETS
+from drake_racket.plots.rigs.modes import frame_modes_figure, grip_figure, string_modes_figure
+from drake_racket.rigs.modes.comparisons import GRIP_FACTORS, grip_sweep, string_bed_coupling
+from drake_racket.rigs.modes.frame_modes import fundamentals_table, modes_dataset
+from drake_racket.rigs.modes.shapes import PLANES, SAMPLES, check_samples
 
 
 def main() -> None:

@@ -28,11 +28,11 @@ from drake_racket import (
     write_netcdf,
     write_table,
 )
-from drake_racket.errors import one_line_errors
-from drake_racket.files import check_directory
-from drake_racket.history import after_release
-from drake_racket.models import data_directory
+from drake_racket.io.errors import one_line_errors
+from drake_racket.io.files import check_directory
+from drake_racket.io.shipped import data_directory
 from drake_racket.plots.style import BLUE, GREY, new_figure, tidy
+from drake_racket.results.history import after_release
 from drake_racket.rigs.cases import Output, run_grid
 
 FACTORS = tuple(float(f) for f in np.logspace(-4, 6, 11))

@@ -12,25 +12,31 @@ from pathlib import Path
 
 import xarray as xr
 
-from drake_racket.errors import InputError, one_line_errors
-from drake_racket.files import check_directory, write_csv, write_figure, write_netcdf, write_table
-from drake_racket.parameters import JOINT_READINGS, load_racket
-from drake_racket.plots.impact_hammer import hammer_figure
-from drake_racket.rigs.bending_mode import acceleration_signal, ringing_dataset
-from drake_racket.rigs.hammer_force import (
+from drake_racket.io.errors import InputError, one_line_errors
+from drake_racket.io.files import (
+    check_directory,
+    write_csv,
+    write_figure,
+    write_netcdf,
+    write_table,
+)
+from drake_racket.io.signals import read_signal
+from drake_racket.parameters.racket import JOINT_READINGS, load_racket
+from drake_racket.plots.rigs.impact_hammer import hammer_figure
+from drake_racket.rigs.hammer.force import (
     INFERRED_LENGTH,
     INFERRED_PEAK,
     half_sine,
     sampled_pulse,
 )
-from drake_racket.rigs.impact_hammer import (
+from drake_racket.rigs.hammer.impact_hammer import (
     DIRECTIONS,
     DURATION,
     SAMPLE_RATE,
     hammer_dataset,
 )
-from drake_racket.rigs.ringing import analyse_ringing
-from drake_racket.signals import read_signal
+from drake_racket.rigs.hammer.ringing import analyse_ringing
+from drake_racket.rigs.modes.bending import acceleration_signal, ringing_dataset
 
 LONGEST_STEP = 1e-3  # s; that a pulse has 20 samples is checked with the pulse
 

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_racket.errors import one_line_errors
-from drake_racket.files import check_directory, write_figure, write_netcdf, write_table
-from drake_racket.plots.inertia_bench import inertia_bench_figure
-from drake_racket.rigs.inertia_dataset import inertia_dataset
-from drake_racket.rigs.inertia_swings import bending_error, swing_history
+from drake_racket.io.errors import one_line_errors
+from drake_racket.io.files import check_directory, write_figure, write_netcdf, write_table
+from drake_racket.plots.rigs.inertia_bench import inertia_bench_figure
+from drake_racket.rigs.inertia.dataset import inertia_dataset
+from drake_racket.rigs.inertia.swings import bending_error, swing_history
 
 
 def print_tables(bench) -> None:

@@ -18,14 +18,20 @@ import xarray
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_racket import ImpactResult, Scenario, impact_figure, make_impact_diagram, simulate
-from drake_racket.errors import InputError, one_line_errors
-from drake_racket.files import check_directory, write_csv, write_figure, write_netcdf, write_table
-from drake_racket.limbs.mujoco_compare import compare_with_mujoco, joint_table
-from drake_racket.limbs.mujoco_import import ImportedLimb, import_mujoco
-from drake_racket.limbs.mujoco_model import quiet_mujoco
-from drake_racket.limbs.myosim import HAND, fist, grip_in_hand
-from drake_racket.limbs.settings import LimbSettings
+from drake_racket.io.errors import InputError, one_line_errors
+from drake_racket.io.files import (
+    check_directory,
+    write_csv,
+    write_figure,
+    write_netcdf,
+    write_table,
+)
+from drake_racket.limbs.mujoco.compare import compare_with_mujoco, joint_table
+from drake_racket.limbs.mujoco.importer import ImportedLimb, import_mujoco
+from drake_racket.limbs.mujoco.model import quiet_mujoco
+from drake_racket.limbs.mujoco.myosim import HAND, fist, grip_in_hand
 from drake_racket.limbs.stroke import Stroke
+from drake_racket.parameters.limb_settings import LimbSettings
 
 MODEL = "myoarm_r"
 POSTURE = {"shoulder_elv_r": 60.0, "elv_angle_r": 60.0, "elbow_flexion_r": 40.0}  # degrees, chosen

@@ -24,10 +24,10 @@ import numpy as np
 import xarray
 
 from drake_racket import Scenario, load_racket, write_figure, write_netcdf, write_table
-from drake_racket.errors import one_line_errors
-from drake_racket.files import check_directory
+from drake_racket.io.errors import one_line_errors
+from drake_racket.io.files import check_directory
+from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plots.sensitivity import sensitivity_figure
-from drake_racket.scenario import IntegratorSettings
 from drake_racket.sweep import Progress, Sweep, make_sweep, run_sweep
 from drake_racket.sweep.sensitivity import SobolDesign, Span, sobol_design, sobol_indices
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from drake_racket.parameters import BallParameters, RacketParameters, load_ball, load_racket
-from drake_racket.racket import string_bed_model
-from drake_racket.strings import POINTS, SPRINGS
+from drake_racket.laws.strings import POINTS, SPRINGS
+from drake_racket.parameters.racket import BallParameters, RacketParameters, load_ball, load_racket
+from drake_racket.plant.racket import string_bed_model
 from tests.oracles.clamped_impact import ClampedImpact
 from tests.oracles.free_racket import FreeRacketParams
+
+ROOT = Path(__file__).resolve().parent.parent
+"""The checkout."""
 
 BEDS = [(r, t) for r in ("tour", "recreational") for t in ("low", "high")]
 

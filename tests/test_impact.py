@@ -343,7 +343,7 @@ def test_gravity_keeps_the_energy_balance():
 
 
 def test_string_damping_is_metered(tmp_path):
-    from drake_racket.models import data_directory
+    from drake_racket.io.shipped import data_directory
 
     text = (data_directory() / "tour_low.yaml").read_text()
     path = tmp_path / "damped.yaml"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_racket.models import data_directory, sdf_directory
+from drake_racket.io.shipped import data_directory, sdf_directory
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = {
@@ -102,7 +102,7 @@ def test_the_wheel_holds_the_package_its_data_and_its_models(wheel):
         names = set(archive.namelist())
         text = archive.read("drake_racket/sdf/racket_tour.sdf")
     assert "drake_racket/py.typed" in names
-    assert {f"drake_racket/data/{name}" for name in DATA} <= names
+    assert {f"drake_racket/parameters/data/{name}" for name in DATA} <= names
     assert {f"drake_racket/sdf/{name}" for name in SDF} <= names
     modules = {f"drake_racket/{path.name}" for path in (ROOT / "drake_racket").glob("*.py")}
     assert modules <= names

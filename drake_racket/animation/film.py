@@ -18,7 +18,7 @@ from drake_racket.animation.camera import place_camera
 from drake_racket.animation.limb_shape import limb_parts
 from drake_racket.animation.outline import racket_outline, spring_ends, string_points
 from drake_racket.animation.scene import Scene
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 from drake_racket.plots.style import new_figure
 
 if TYPE_CHECKING:

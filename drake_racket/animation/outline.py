@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.animation.scene import Geometry
+from drake_racket.laws.strings import POINTS, SPRINGS, rest_lengths
 from drake_racket.plots.style import GRIP_HALF_WIDTH
-from drake_racket.strings import POINTS, SPRINGS, rest_lengths
 
 TUBE_RADIUS = 0.007  # m, of rim and throat; drawn only
 GRIP_HALF_THICKNESS = 0.013  # m; drawn only

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from drake_racket.animation.settings import AnimationSettings
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 
 if TYPE_CHECKING:
     import xarray

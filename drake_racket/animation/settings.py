@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 
 FORMATS = (".html", ".gif", ".mp4")
 _DEFAULT_FPS = {".html": 30.0, ".gif": 12.5, ".mp4": 30.0}

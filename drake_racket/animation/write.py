@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_racket.animation.settings import AnimationSettings, check_settings, frame_count
-from drake_racket.files import check_directory, directory_error, replace_file, write_text
+from drake_racket.io.files import check_directory, directory_error, replace_file, write_text
 
 if TYPE_CHECKING:
     import xarray

@@ -37,7 +37,7 @@ def animate(
 
     from drake_racket.animation import AnimationSettings
     from drake_racket.animation import animate as write_animation
-    from drake_racket.histories import read_history
+    from drake_racket.results.formats import read_history
 
     history = read_history(log / "impact.nc" if log.is_dir() else log)
     settings = AnimationSettings(slowdown, fps, magnify, magnify_strings)

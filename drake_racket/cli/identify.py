@@ -31,12 +31,12 @@ from drake_racket.cli.identify_options import (
     Workers,
 )
 from drake_racket.cli.identify_run import names, numbers, pairs, prepare, running, show, today
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 
 if TYPE_CHECKING:
-    from drake_racket.identify.angle_table import AngleTable
-    from drake_racket.identify.search import Search
-    from drake_racket.identify.tables import RestitutionTable
+    from drake_racket.identify.core.search import Search
+    from drake_racket.identify.strings.angle_table import AngleTable
+    from drake_racket.identify.strings.restitution_table import RestitutionTable
 
 app = typer.Typer(
     help="Fits parameters of racket and ball to measurements (CSV) and writes a parameter file.",
@@ -80,9 +80,9 @@ def strings(
 
     An interrupted fit goes on where it stopped when the command is given again.
     """
-    from drake_racket.identify.outputs import write_string_bed
-    from drake_racket.identify.string_bed import fit_string_bed
-    from drake_racket.parameters import load_ball, load_racket
+    from drake_racket.identify.report.outputs import write_string_bed
+    from drake_racket.identify.strings.string_bed import fit_string_bed
+    from drake_racket.parameters.racket import load_ball, load_racket
 
     options = _options(
         method=method,
@@ -136,9 +136,9 @@ def tension(
     fresh: Fresh = False,
 ) -> None:
     """T0 alone, for a racket whose strings are known, strung at another tension."""
-    from drake_racket.identify.outputs import write_string_bed
-    from drake_racket.identify.string_bed import fit_tension
-    from drake_racket.parameters import load_ball, load_racket
+    from drake_racket.identify.report.outputs import write_string_bed
+    from drake_racket.identify.strings.string_bed import fit_tension
+    from drake_racket.parameters.racket import load_ball, load_racket
 
     if strung_at is not None and not 50.0 <= strung_at <= 600.0:
         raise InputError("--strung-at", strung_at, "50 to 600 N")
@@ -179,9 +179,9 @@ def friction(
     fresh: Fresh = False,
 ) -> None:
     """Friction coefficients from rebound angles of oblique impacts, head clamped."""
-    from drake_racket.identify.friction import fit_friction
-    from drake_racket.identify.outputs import write_friction
-    from drake_racket.parameters import load_ball, load_racket
+    from drake_racket.identify.report.outputs import write_friction
+    from drake_racket.identify.strings.friction import fit_friction
+    from drake_racket.parameters.racket import load_ball, load_racket
 
     options = _options(
         method=method,
@@ -213,9 +213,9 @@ def friction(
 
 def _options(**options: Any) -> Search:
     """The options of a search, checked under the names that they have on the command line."""
-    from drake_racket.identify.annealing import check_temperature
-    from drake_racket.identify.problem import check_count
-    from drake_racket.identify.search import Search
+    from drake_racket.identify.core.annealing import check_temperature
+    from drake_racket.identify.core.problem import check_count
+    from drake_racket.identify.core.search import Search
 
     for key, least in (("starts", 1), ("seed", 0), ("workers", 1), ("evaluations", 1)):
         if key in options:
@@ -228,7 +228,7 @@ def _options(**options: Any) -> Search:
 def _restitution(
     file: Path, select: list[str] | None, keep_repeats: bool, speed_sigma: float | None
 ) -> RestitutionTable:
-    from drake_racket.identify.tables import read_restitution
+    from drake_racket.identify.strings.restitution_table import read_restitution
 
     table = read_restitution(file, select=pairs(select, "--select"))
     if not keep_repeats:
@@ -237,7 +237,7 @@ def _restitution(
 
 
 def _angles(file: Path, select: list[str] | None, keep_repeats: bool) -> AngleTable:
-    from drake_racket.identify.angle_table import read_angles
+    from drake_racket.identify.strings.angle_table import read_angles
 
     table = read_angles(file, select=pairs(select, "--select"))
     return table if keep_repeats else table.averaged()

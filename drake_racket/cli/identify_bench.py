@@ -9,7 +9,7 @@ import typer
 
 from drake_racket.cli.identify_options import Ball, Name, Out, Racket, Seed, Starts, Tension
 from drake_racket.cli.identify_run import running, show, today
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 
 
 def ball(
@@ -34,10 +34,10 @@ def ball(
     name: Name = None,
 ) -> None:
     """Stiffness and damping of the ball over speed, from force histories on a force plate."""
-    from drake_racket.files import check_directory
-    from drake_racket.identify.ball import fit_ball, read_ball_impacts
-    from drake_racket.identify.outputs_bench import write_ball_fit
-    from drake_racket.parameters import load_ball
+    from drake_racket.identify.ball.fit import fit_ball, read_ball_impacts
+    from drake_racket.identify.report.bench import write_ball_fit
+    from drake_racket.io.files import check_directory
+    from drake_racket.parameters.racket import load_ball
 
     known = load_ball(ball)
     records = read_ball_impacts(file)
@@ -79,10 +79,10 @@ def frame(
     name: Name = None,
 ) -> None:
     """Stiffness and damping of the frame's joint, from hammer force and acceleration."""
-    from drake_racket.files import check_directory
-    from drake_racket.identify.frame import fit_frame, read_hammer_record
-    from drake_racket.identify.outputs_bench import write_frame_fit
-    from drake_racket.parameters import load_racket
+    from drake_racket.identify.frame.fit import fit_frame, read_hammer_record
+    from drake_racket.identify.report.bench import write_frame_fit
+    from drake_racket.io.files import check_directory
+    from drake_racket.parameters.racket import load_racket
 
     files = {"in_plane": in_plane or [], "out_of_plane": out_of_plane or []}
     if not any(files.values()):

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from drake_racket.errors import InputError
-from drake_racket.files import check_directory
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import check_directory
 
 if TYPE_CHECKING:
-    from drake_racket.identify.estimate import Estimate
+    from drake_racket.identify.core.estimate import Estimate
 
 Report = Callable[[float, float], None]
 
@@ -69,7 +69,7 @@ def prepare(out: Path, fresh: bool) -> Path:
         InputError: it cannot be written.
 
     """
-    from drake_racket.identify.outputs import JOURNAL
+    from drake_racket.identify.report.outputs import JOURNAL
 
     check_directory(out, "--out")
     journal = out / JOURNAL
@@ -144,7 +144,7 @@ def show(
     from rich.table import Table
 
     from drake_racket.cli.console import new_console
-    from drake_racket.identify.parameter_file import interval_text
+    from drake_racket.identify.report.parameter_file import interval_text
 
     console = new_console()
     table = Table(box=None, pad_edge=False, header_style="bold")

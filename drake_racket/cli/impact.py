@@ -13,12 +13,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import new_console
-from drake_racket.errors import InputError
-from drake_racket.files import check_directory, directory_error
-from drake_racket.quantities import sourced_fields
-from drake_racket.result import ImpactResult
-from drake_racket.scenario import Scenario, check_scenario, load_scenario
-from drake_racket.simulate import simulate
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import check_directory, directory_error
+from drake_racket.parameters.quantities import sourced_fields
+from drake_racket.parameters.scenario import Scenario, check_scenario, load_scenario
+from drake_racket.results.impact import ImpactResult
+from drake_racket.simulation import simulate
 
 
 def impact(
@@ -89,7 +89,7 @@ def impact(
 
 def _history_formats(text: str | None) -> list[str]:
     """The suffixes that `--format` names, each once; refused here, before the simulation."""
-    from drake_racket.histories import check_format
+    from drake_racket.results.formats import check_format
 
     suffixes = list(
         dict.fromkeys(part.strip() for part in ("nc,csv" if text is None else text).split(","))
@@ -100,9 +100,9 @@ def _history_formats(text: str | None) -> list[str]:
 
 
 def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
-    from drake_racket.files import write_figure, write_text
-    from drake_racket.histories import write_history
+    from drake_racket.io.files import write_figure, write_text
     from drake_racket.plots import impact_figure
+    from drake_racket.results.formats import write_history
 
     history = result.history
     assert history is not None

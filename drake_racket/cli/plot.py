@@ -9,8 +9,8 @@ import typer
 from rich.markup import escape
 
 from drake_racket.cli.console import new_console
-from drake_racket.errors import InputError
-from drake_racket.files import check_directory, directory_error
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import check_directory, directory_error
 
 _FORMATS = ("png", "pdf", "svg")
 
@@ -29,9 +29,9 @@ def plot(
 
     Needs the log alone, not the parameter files of its run.
     """
-    from drake_racket.files import write_figure
-    from drake_racket.histories import racket_of, read_history
-    from drake_racket.plots.log_figures import LOG_FIGURES, check_log
+    from drake_racket.io.files import write_figure
+    from drake_racket.plots.log.figures import LOG_FIGURES, check_log
+    from drake_racket.results.formats import racket_of, read_history
 
     if picture not in _FORMATS:
         raise InputError("--format", picture, ", ".join(_FORMATS))

@@ -9,9 +9,15 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import new_console
-from drake_racket.describe import RacketProperties, racket_properties
-from drake_racket.parameters import check_racket, load_ball, load_racket
-from drake_racket.quantities import Assignment, Choice, Quantities, Quantity, sourced_fields
+from drake_racket.parameters.quantities import (
+    Assignment,
+    Choice,
+    Quantities,
+    Quantity,
+    sourced_fields,
+)
+from drake_racket.parameters.racket import check_racket, load_ball, load_racket
+from drake_racket.plant.properties import RacketProperties, racket_properties
 
 
 def show(

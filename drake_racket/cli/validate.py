@@ -11,8 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import new_console
-from drake_racket.errors import InputError
-from drake_racket.files import check_directory
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import check_directory
 
 
 def validate(

@@ -14,7 +14,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 from pydrake.systems.framework import Context
 
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.stroke_position import (
     TOLERANCE,
@@ -22,15 +22,15 @@ from drake_racket.limbs.stroke_position import (
     Posture,
     find_posture,
 )
-from drake_racket.limbs.stroke_target import (
+from drake_racket.limbs.stroke_velocity import JointVelocities, find_joint_velocities
+from drake_racket.parameters.stroke import (
     PoseTarget,
     Stroke,
     Vector,
     check_stroke,
     face_angles,
 )
-from drake_racket.limbs.stroke_velocity import JointVelocities, find_joint_velocities
-from drake_racket.racket import Racket
+from drake_racket.plant.racket import Racket
 
 __all__ = ["Stroke", "StrokeState", "apply_stroke", "check_stroke", "solve_stroke"]
 

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
 from drake_racket.limbs.limb import Limb
-from drake_racket.limbs.stroke_target import PoseTarget, Vector, face_angles
+from drake_racket.parameters.stroke import PoseTarget, Vector, face_angles
 
 TOLERANCE = 1e-9
 """Largest error of an accepted pose, m and rad."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_racket.limbs.stroke_target import Vector
+from drake_racket.parameters.stroke import Vector
 
 RANK_TOLERANCE = 1e-8
 """Singular values below this share of the largest count as zero: a direction in which the limb

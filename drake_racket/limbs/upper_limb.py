@@ -16,15 +16,15 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 from drake_racket.limbs.limb import Limb
-from drake_racket.limbs.upper_limb_parameters import (
+from drake_racket.limbs.upper_limb_sdf import SIDES, upper_limb_sdf
+from drake_racket.parameters.limb import (
     JOINTS,
     UpperLimbParameters,
     check_upper_limb,
     load_upper_limb,
 )
-from drake_racket.limbs.upper_limb_sdf import SIDES, upper_limb_sdf
 
 GRIP_ROTATIONS: Mapping[str, float] = MappingProxyType(
     {

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context
 
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 from drake_racket.limbs.limb import Limb
-from drake_racket.limbs.upper_limb_parameters import SEGMENTS, UpperLimbParameters
+from drake_racket.parameters.limb import SEGMENTS, UpperLimbParameters
 
 if TYPE_CHECKING:
     import xarray

@@ -28,7 +28,7 @@ from __future__ import annotations
 import numpy as np
 from pydrake.math import RollPitchYaw, RotationMatrix
 
-from drake_racket.limbs.upper_limb_parameters import (
+from drake_racket.parameters.limb import (
     JOINTS,
     UpperLimbParameters,
     load_upper_limb,

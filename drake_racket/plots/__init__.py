@@ -1,5 +1,5 @@
 """Pictures, made from data alone. One module per subject; `style` has what they share."""
 
-from drake_racket.plots.impact import impact_figure
+from drake_racket.plots.log.impact import impact_figure
 
 __all__ = ["impact_figure"]

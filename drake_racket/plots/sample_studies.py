@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.parameters import RacketParameters, load_racket
+from drake_racket.parameters.racket import RacketParameters, load_racket
 from drake_racket.plots.style import (
     BLUE,
     GREEN,

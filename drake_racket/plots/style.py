@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.parameters import RacketParameters
+from drake_racket.parameters.racket import RacketParameters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

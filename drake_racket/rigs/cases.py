@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.errors import InputError
-from drake_racket.impact_diagram import make_impact_diagram, topology
-from drake_racket.result import ImpactResult
-from drake_racket.scenario import Scenario, changed
-from drake_racket.simulate import simulate
+from drake_racket.cases.diagram import make_impact_diagram, topology
+from drake_racket.io.errors import InputError
+from drake_racket.parameters.scenario import Scenario, changed
+from drake_racket.results.impact import ImpactResult
+from drake_racket.simulation import simulate
 
 if TYPE_CHECKING:
     import xarray

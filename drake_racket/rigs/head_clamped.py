@@ -20,9 +20,11 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from drake_racket.errors import InputError
-from drake_racket.parameters import RACKETS, TENSIONS
-from drake_racket.result import ImpactResult
+from drake_racket.io.errors import InputError
+from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.parameters.racket import RACKETS, TENSIONS
+from drake_racket.parameters.scenario import Scenario
+from drake_racket.results.impact import ImpactResult
 from drake_racket.rigs.cases import (
     CONTACT_TIME,
     REBOUND_SPEED,
@@ -33,8 +35,6 @@ from drake_racket.rigs.cases import (
     Progress,
     run_grid,
 )
-from drake_racket.scenario import Scenario
-from drake_racket.strings import POINT_NUMBERS
 
 if TYPE_CHECKING:
     import xarray

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from drake_racket.errors import InputError
-from drake_racket.number_checks import finite_number
+from drake_racket.io.errors import InputError
+from drake_racket.io.numbers import finite_number
 
 
 def check_finite(key: str, value: object) -> None:

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_racket.errors import InputError
-from drake_racket.history import after_release
-from drake_racket.parameters import RACKETS
-from drake_racket.result import ImpactResult
+from drake_racket.io.errors import InputError
+from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.parameters.racket import RACKETS
+from drake_racket.parameters.scenario import Scenario
+from drake_racket.results.history import after_release
+from drake_racket.results.impact import ImpactResult
 from drake_racket.rigs.cases import USUAL, Axis, Output, Progress, run_grid
-from drake_racket.scenario import Scenario
-from drake_racket.strings import POINT_NUMBERS
 
 if TYPE_CHECKING:
     import xarray

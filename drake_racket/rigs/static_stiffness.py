@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import root
 
-from drake_racket.errors import InputError
-from drake_racket.parameters import RACKETS, TENSIONS, RacketParameters, load_racket
-from drake_racket.racket import string_bed_model
-from drake_racket.string_bed import spring_constants
-from drake_racket.strings import INCIDENCE, POINT_NUMBERS, generalized_forces
+from drake_racket.io.errors import InputError
+from drake_racket.laws.strings import INCIDENCE, POINT_NUMBERS, generalized_forces
+from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
+from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.systems.string_bed import spring_constants
 
 if TYPE_CHECKING:
     import xarray

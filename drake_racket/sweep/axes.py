@@ -27,8 +27,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.errors import InputError
-from drake_racket.scenario import Scenario
+from drake_racket.io.errors import InputError
+from drake_racket.parameters.scenario import Scenario
 from drake_racket.sweep.keys import NUMBER, SWITCH, Key, Value, find_key
 
 MOST_CASES = 1_000_000

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from drake_racket.errors import InputError, one_line
-from drake_racket.impact_diagram import topology
-from drake_racket.scenario import Scenario, check_scenario
+from drake_racket.cases.diagram import topology
+from drake_racket.io.errors import InputError, one_line
+from drake_racket.parameters.scenario import Scenario, check_scenario
 from drake_racket.sweep.identity import file_hashes, named_files, scenario_hash
 from drake_racket.sweep.outputs import OUTPUTS
 from drake_racket.sweep.spec import Sweep

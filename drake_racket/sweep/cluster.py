@@ -8,7 +8,7 @@ import time
 from collections.abc import Generator, Iterable
 from typing import TYPE_CHECKING, Any
 
-from drake_racket.errors import InputError, one_line
+from drake_racket.io.errors import InputError, one_line
 from drake_racket.sweep.worker import DifferentWorker, Outcome, SweepStopped, Task, failed, run_case
 
 if TYPE_CHECKING:

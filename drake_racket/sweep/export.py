@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.environment import environment
-from drake_racket.files import replace_file, write_netcdf, write_table, write_text
+from drake_racket.io.files import replace_file, write_netcdf, write_table, write_text
+from drake_racket.io.fingerprint import environment
 from drake_racket.sweep.axes import Column, SweepAxis
 from drake_racket.sweep.identity import as_text
 from drake_racket.sweep.spec import Sweep

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from drake_racket.environment import digest, environment
-from drake_racket.scenario import Scenario
+from drake_racket.io.fingerprint import digest, environment
+from drake_racket.parameters.scenario import Scenario
 from drake_racket.sweep.spec import Sweep
 
 

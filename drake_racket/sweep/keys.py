@@ -15,9 +15,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from drake_racket.errors import InputError
-from drake_racket.overrides import SPRING, ParameterKey, parameter_keys
-from drake_racket.scenario import Scenario
+from drake_racket.io.errors import InputError
+from drake_racket.parameters.overrides import SPRING, ParameterKey, parameter_keys
+from drake_racket.parameters.scenario import Scenario
 
 Value = float | str | bool
 

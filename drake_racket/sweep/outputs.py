@@ -10,11 +10,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from drake_racket.errors import InputError
-from drake_racket.result import ImpactResult
+from drake_racket.io.errors import InputError
+from drake_racket.parameters.scenario import Scenario
+from drake_racket.results.impact import ImpactResult
 from drake_racket.rigs.cases import USUAL, Output
 from drake_racket.rigs.restitution_map import VIBRATION
-from drake_racket.scenario import Scenario
 
 AUDIT, HAND, LIMB = "audit", "hand", "limb"
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_racket.environment import environment
-from drake_racket.errors import InputError
-from drake_racket.files import check_directory, directory_error
-from drake_racket.histories import write_history
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import check_directory, directory_error
+from drake_racket.io.fingerprint import environment
+from drake_racket.results.formats import write_history
 from drake_racket.rigs.cases import check_workers
 from drake_racket.sweep.cases import Plan, make_plan
 from drake_racket.sweep.cluster import run_on_cluster

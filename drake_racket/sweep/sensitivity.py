@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.errors import InputError
+from drake_racket.io.errors import InputError
 
 if TYPE_CHECKING:
     import xarray

@@ -20,13 +20,13 @@ from typing import Any
 
 import yaml
 
-from drake_racket.errors import InputError
-from drake_racket.histories import check_format
-from drake_racket.scenario import Scenario, check_scenario, load_scenario, parse_scenario
+from drake_racket.io.errors import InputError
+from drake_racket.io.yaml_files import parse_tree
+from drake_racket.parameters.scenario import Scenario, check_scenario, load_scenario, parse_scenario
+from drake_racket.results.formats import check_format
 from drake_racket.sweep.axes import MOST_CASES, SweepAxis, make_axis
 from drake_racket.sweep.keys import Key, Value, with_values
 from drake_racket.sweep.outputs import OUTPUTS, USUAL_OUTPUTS, SweepOutput, find_outputs
-from drake_racket.typed_yaml import parse_tree
 
 MAX_BYTES = 20_000_000  # rows of a large design; this stops a wrong file early
 OWN_VARIABLES = ("case", "status", "failure", "scenario_hash", "sweep")

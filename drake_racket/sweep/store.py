@@ -26,10 +26,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from drake_racket.environment import digest
-from drake_racket.errors import InputError
-from drake_racket.files import meant_for
-from drake_racket.histories import FORMATS
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import meant_for
+from drake_racket.io.fingerprint import digest
+from drake_racket.results.formats import FORMATS
 from drake_racket.sweep.identity import as_text, difference
 from drake_racket.sweep.outputs import SweepOutput
 from drake_racket.sweep.worker import Outcome

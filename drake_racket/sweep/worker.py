@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_racket.environment import environment
-from drake_racket.errors import InputError, one_line
-from drake_racket.impact_diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.scenario import Scenario, parse_scenario
-from drake_racket.simulate import SimulationError, simulate
+from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.io.errors import InputError, one_line
+from drake_racket.io.fingerprint import environment
+from drake_racket.parameters.scenario import Scenario, parse_scenario
+from drake_racket.simulation import SimulationError, simulate
 from drake_racket.sweep.identity import as_text, difference, file_hashes
 from drake_racket.sweep.outputs import OUTPUTS, read_outputs
 

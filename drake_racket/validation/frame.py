@@ -6,27 +6,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.parameters import RACKETS, load_racket
-from drake_racket.plots.force_plate import force_plate_figure
-from drake_racket.plots.impact_hammer import hammer_figure
-from drake_racket.plots.inertia_bench import inertia_bench_figure
-from drake_racket.plots.modes import frame_modes_figure, grip_figure, string_modes_figure
-from drake_racket.rigs.bending_mode import acceleration_signal, bending_mode
+from drake_racket.parameters.racket import RACKETS, load_racket
+from drake_racket.parameters.scenario import IntegratorSettings
+from drake_racket.plots.rigs.force_plate import force_plate_figure
+from drake_racket.plots.rigs.impact_hammer import hammer_figure
+from drake_racket.plots.rigs.inertia_bench import inertia_bench_figure
+from drake_racket.plots.rigs.modes import frame_modes_figure, grip_figure, string_modes_figure
 from drake_racket.rigs.cases import Progress
-from drake_racket.rigs.force_plate import make_force_plate, plate_dataset
-from drake_racket.rigs.frame_modes import (
+from drake_racket.rigs.force_plate.plate import make_force_plate, plate_dataset
+from drake_racket.rigs.hammer.force import half_sine
+from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS, hammer_dataset
+from drake_racket.rigs.hammer.ringing import analyse_ringing
+from drake_racket.rigs.inertia.dataset import inertia_dataset
+from drake_racket.rigs.inertia.swings import swing_history
+from drake_racket.rigs.modes.bending import acceleration_signal, bending_mode
+from drake_racket.rigs.modes.comparisons import grip_sweep, string_bed_coupling
+from drake_racket.rigs.modes.frame_modes import (
     fundamentals_table,
     modes_dataset,
     published_fundamentals,
 )
-from drake_racket.rigs.hammer_force import half_sine
-from drake_racket.rigs.impact_hammer import DIRECTIONS, hammer_dataset
-from drake_racket.rigs.inertia_dataset import inertia_dataset
-from drake_racket.rigs.inertia_swings import swing_history
-from drake_racket.rigs.mode_comparisons import grip_sweep, string_bed_coupling
-from drake_racket.rigs.mode_shapes import PLANES
-from drake_racket.rigs.ringing import analyse_ringing
-from drake_racket.scenario import IntegratorSettings
+from drake_racket.rigs.modes.shapes import PLANES
 from drake_racket.validation.impacts import drop_speed
 from drake_racket.validation.outcome import Outcome, Plan
 

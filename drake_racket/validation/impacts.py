@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_racket.contact import FRICTION_READINGS
-from drake_racket.parameters import RACKETS, TENSIONS, load_racket
-from drake_racket.plots.restitution import (
+from drake_racket.laws.contact import FRICTION_READINGS
+from drake_racket.parameters.racket import RACKETS, TENSIONS, load_racket
+from drake_racket.parameters.scenario import changed
+from drake_racket.plots.rigs.restitution import (
     along_axis_figure,
     bed_maps,
     oblique_figure,
     restitution_over_speed,
 )
-from drake_racket.plots.static_stiffness import stiffness_figure
+from drake_racket.plots.rigs.static_stiffness import stiffness_figure
 from drake_racket.rigs.cases import RESTITUTION, Progress, run_grid
 from drake_racket.rigs.head_clamped import (
     ANGLE_READINGS,
@@ -26,7 +27,6 @@ from drake_racket.rigs.head_clamped import (
 )
 from drake_racket.rigs.restitution_map import along_axis, axis_offsets, restitution_map
 from drake_racket.rigs.static_stiffness import mean_difference, stiffness_dataset
-from drake_racket.scenario import changed
 from drake_racket.validation.outcome import Outcome, Plan
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def _slide(dataset: xarray.Dataset) -> xarray.DataArray:
 
 def moving_racket(plan: Plan, progress: Progress) -> Outcome:
     """Free, held and clamped racket: apparent restitution, vibration, and the grip."""
-    from drake_racket.rigs.mode_shapes import head_node
+    from drake_racket.rigs.modes.shapes import head_node
 
     supports = ("free", "grip", "clamped_handle")
     offsets = axis_offsets(plan.axis_step)

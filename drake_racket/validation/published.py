@@ -6,9 +6,9 @@ Drake's typed YAML reads the annotations of these classes as types: they are not
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drake_racket.errors import InputError
-from drake_racket.models import data_directory
-from drake_racket.typed_yaml import load_file
+from drake_racket.io.errors import InputError
+from drake_racket.io.shipped import data_directory
+from drake_racket.io.yaml_files import load_file
 
 TOLERANCE_KINDS = ("relative", "absolute")
 

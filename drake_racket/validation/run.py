@@ -9,16 +9,16 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from drake_racket.environment import environment
-from drake_racket.errors import InputError
-from drake_racket.files import (
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import (
     check_directory,
     directory_error,
     write_figure,
     write_netcdf,
     write_text,
 )
-from drake_racket.models import data_directory, sdf_directory
+from drake_racket.io.fingerprint import environment
+from drake_racket.io.shipped import data_directory, sdf_directory
 from drake_racket.validation.frame import force_plate, frame_modes, impact_hammer, inertia_bench
 from drake_racket.validation.impacts import (
     head_clamped,

@@ -1,0 +1,1 @@
+"""One resolved case, and the Diagram that it runs in."""

@@ -1,0 +1,283 @@
+"""Batches of impacts on string-beds whose head is clamped: the fast rig under the fits.
+
+`clamped_ode` has the equations. It is not a second model: the force laws are those of the
+Drake systems, and a test ties a batch to the Drake rig (`rigs.head_clamped`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_racket.engines.clamped import kernel as clamped_kernel
+from drake_racket.engines.clamped import numpy_kernel as clamped_numpy
+from drake_racket.engines.clamped.kernel import ENDED, OUTPUTS, TOUCHES
+from drake_racket.io.errors import InputError
+from drake_racket.laws.compilation import HAS_NUMBA
+from drake_racket.laws.contact import ball_constants
+from drake_racket.laws.strings import INCIDENCE
+from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
+
+Array = NDArray[np.float64]
+
+STEP = 2e-5
+"""s; see docs/identification.md for the error that it leaves."""
+
+PATHS = ("compiled", "numpy")
+
+
+@dataclass(frozen=True)
+class Bed:
+    """A string-bed in numbers.
+
+    Attributes:
+        constants: (4, 24) of `strings.tensions`.
+        mass: kg, of one of the nine string masses.
+        sensitivity: (4, 24, n) derivatives of the constants with respect to n parameters.
+
+    """
+
+    constants: Array
+    mass: float
+    sensitivity: Array
+
+    def static_stiffness(self) -> Array:
+        """(9,) N/m at each point of the flat bed, all else unloaded: 1 / (K^-1)_pp."""
+        k, slack, length2, _ = self.constants
+        length = np.sqrt(length2)
+        matrix = INCIDENCE.T @ (((slack + k * length) / length)[:, None] * INCIDENCE)
+        return np.asarray(1.0 / np.diag(np.linalg.inv(matrix)))
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """What is shot at the beds: m impacts.
+
+    Attributes:
+        points: (m,) 1-9.
+        velocities: (m, 3) m/s of the ball in the head at touch; z negative.
+        balls: (m, 7) kb, cb, mu, 0, 0, scale of the friction's reading, reading: `contact_law`.
+        ball_mass: kg.
+        sensitivity: (m, 3, n) derivatives of kb, cb, mu.
+        bed: (m,) index of the bed of each impact.
+
+    """
+
+    points: NDArray[np.int64]
+    velocities: Array
+    balls: Array
+    ball_mass: float
+    sensitivity: Array
+    bed: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a batch gives; the columns of `values` are `OUTPUTS`.
+
+    Attributes:
+        values: (m, 6).  jacobian: (m, 6, n).
+        touches: (m,) how often ball and strings met.
+        ended: (m,) False where the ball never came out of reach: its values are no result.
+
+    """
+
+    values: Array
+    jacobian: Array
+    touches: NDArray[np.int64]
+    ended: NDArray[np.bool_]
+
+    def column(self, name: str) -> tuple[Array, Array]:
+        """Values (m,) and derivatives (m, n) of one of OUTPUTS."""
+        i = OUTPUTS.index(name)
+        return self.values[:, i], self.jacobian[:, i]
+
+    def restitution(self, impacts: Impacts) -> tuple[Array, Array]:
+        """Normal rebound over normal approach speed (m,), and its derivatives (m, n)."""
+        approach = -impacts.velocities[:, 2]
+        values, slopes = self.column("v_z")
+        return values / approach, slopes / approach[:, None]
+
+    def rebound_angle(self, impacts: Impacts) -> tuple[Array, Array]:
+        """Angle (rad) from the normal (m,), as `rigs.head_clamped` signs it, with derivatives.
+
+        The tangential part counts along the tangential direction of approach.
+        """
+        tangential = impacts.velocities[:, :2]
+        direction = tangential / np.linalg.norm(tangential, axis=1, keepdims=True)
+        along = np.sum(direction * self.values[:, :2], axis=1)
+        d_along = np.einsum("mi,mia->ma", direction, self.jacobian[:, :2])
+        normal, d_normal = self.column("v_z")
+        square = along**2 + normal**2
+        slope = normal[:, None] * d_along - along[:, None] * d_normal
+        return np.arctan2(along, normal), slope / square[:, None]
+
+
+def run(
+    beds: Sequence[Bed], impacts: Impacts, *, step: float = STEP, path: str | None = None
+) -> Outcome:
+    """Simulates a batch.
+
+    Args:
+        step: s, of the Runge-Kutta steps.
+        path: `compiled` (numba, all cores), `numpy`, or None for the better one installed.
+
+    Raises:
+        InputError: shapes or numbers that do not fit.
+
+    """
+    if path is None:
+        path = "compiled" if HAS_NUMBA else "numpy"
+    if path not in PATHS or (path == "compiled" and not HAS_NUMBA):
+        raise InputError("path", path, "numpy, or compiled where numba is installed")
+    _check(beds, impacts, step)
+    m, n = len(impacts.points), impacts.sensitivity.shape[2]
+    out, jacobian = np.zeros((m, 8)), np.zeros((m, len(OUTPUTS), n))
+    module: Any = clamped_kernel if path == "compiled" else clamped_numpy
+    module.run_batch(
+        impacts.bed,
+        impacts.points - 1,
+        impacts.velocities,
+        np.stack([bed.constants for bed in beds]),
+        impacts.balls,
+        np.array([(impacts.ball_mass, bed.mass) for bed in beds]),
+        np.stack([bed.static_stiffness() for bed in beds]),
+        np.stack([bed.sensitivity for bed in beds]),
+        impacts.sensitivity,
+        step,
+        out,
+        jacobian,
+    )
+    return Outcome(out[:, :6], jacobian, out[:, TOUCHES].astype(np.int64), out[:, ENDED] > 0.5)
+
+
+def _check(beds: Sequence[Bed], impacts: Impacts, step: float) -> None:
+    m, n = len(impacts.points), impacts.sensitivity.shape[-1]
+    shapes = {
+        "velocities": (impacts.velocities, (m, 3)),
+        "balls": (impacts.balls, (m, 7)),
+        "sensitivity": (impacts.sensitivity, (m, 3, n)),
+        "bed": (impacts.bed, (m,)),
+    }
+    shapes |= {f"beds[{i}].constants": (bed.constants, (4, 24)) for i, bed in enumerate(beds)}
+    shapes |= {
+        f"beds[{i}].sensitivity": (bed.sensitivity, (4, 24, n)) for i, bed in enumerate(beds)
+    }
+    for key, (array, shape) in shapes.items():
+        if array.shape != shape:
+            raise InputError(key, f"an array of shape {array.shape}", f"shape {shape}")
+        if not np.isfinite(array).all():
+            raise InputError(key, "a number that is not finite", "finite numbers")
+    if not ((impacts.points >= 1) & (impacts.points <= 9)).all():
+        raise InputError("points", impacts.points.tolist(), "1 to 9")
+    if not ((impacts.bed >= 0) & (impacts.bed < len(beds))).all():
+        raise InputError("bed", impacts.bed.tolist(), f"0 to {len(beds) - 1}")
+    if not (impacts.velocities[:, 2] < 0.0).all():
+        raise InputError("velocities", "z of 0 or more", "a ball that comes towards -z")
+    if not 1e-7 <= step <= 1e-4:
+        raise InputError("step", step, "1e-7 to 1e-4 s")
+
+
+def bed_parameters(racket: RacketParameters) -> tuple[list[str], Array]:
+    """Names and values of a bed's fitted parameters: `T0`, `k1`.., `p1`.. (N, N/m, 1)."""
+    bed = racket.string_bed
+    k, p = bed.stiffness.value, bed.rim_factors.value
+    names = ["T0", *(f"k{i + 1}" for i in range(len(k))), *(f"p{i + 1}" for i in range(len(p)))]
+    return names, np.array([bed.initial_tension.value, *k, *p])
+
+
+def make_bed(racket: RacketParameters, values: Any = None, free: Sequence[str] = ()) -> Bed:
+    """The bed of a racket, its parameters replaced by `values`, in the order of `bed_parameters`.
+
+    Args:
+        free: names of the parameters to differentiate with respect to, in the order wanted.
+
+    """
+    names, own = bed_parameters(racket)
+    x = own if values is None else np.asarray(values, dtype=float)
+    if x.shape != own.shape:
+        raise InputError("values", f"an array of shape {x.shape}", ", ".join(names))
+    model = string_bed_model(racket)
+    count = len(model.stiffness)
+    model = StringBedModel(
+        stiffness=x[1 : 1 + count],
+        rim_factors=x[1 + count :],
+        stiffness_index=model.stiffness_index,
+        rim_factor_index=model.rim_factor_index,
+        initial_tension=float(x[0]),
+        damping=model.damping,
+        lengths=model.lengths,
+    )
+    sensitivity = np.zeros((4, 24, len(free)))
+    for a, name in enumerate(free):
+        if name not in names:
+            raise InputError("free", name, ", ".join(names))
+        sensitivity[:2, :, a] = _by_parameter(model, names.index(name), count)
+    return Bed(spring_constants(model), racket.string_bed.mass.value / 9.0, sensitivity)
+
+
+def _by_parameter(model: StringBedModel, index: int, count: int) -> Array:
+    """d(k, T0 - k L0) of the 24 springs by one parameter, (2, 24); k = k_i p_j."""
+    if index == 0:
+        return np.stack([np.zeros(24), np.ones(24)])
+    factors = np.append(model.rim_factors, 1.0)[model.rim_factor_index]
+    if index <= count:
+        by_k = np.where(model.stiffness_index == index - 1, factors, 0.0)
+    else:
+        own = model.rim_factor_index == index - 1 - count
+        by_k = np.where(own, model.stiffness[model.stiffness_index], 0.0)
+    return np.stack([by_k, -by_k * model.lengths])
+
+
+def make_impacts(
+    racket: RacketParameters,
+    ball: BallParameters,
+    points: Any,
+    velocities: Any,
+    *,
+    free: int = 0,
+    bed: Any = None,
+    friction_reading: str = "velocity",
+    friction: Any = None,
+) -> Impacts:
+    """Impacts with the ball's constants at their speeds and the friction of their points.
+
+    Args:
+        points: (m,) 1-9.  velocities: (m, 3) m/s, z negative; or (m,) normal speeds.
+        free: number of free parameters of the beds; their derivatives of kb, cb, mu are 0.
+        bed: (m,) index of the bed of each impact; all on the first if None.
+        friction: coefficients at points 1-9 in place of the racket's.
+
+    """
+    points = np.asarray(points, dtype=np.int64)
+    velocities = np.asarray(velocities, dtype=float)
+    if velocities.ndim == 1:
+        normal = velocities
+        velocities = np.zeros((len(normal), 3))
+        velocities[:, 2] = -normal
+    if not ((points >= 1) & (points <= 9)).all():
+        raise InputError("points", points.tolist(), "1 to 9")
+    mu = np.asarray(racket.friction_coefficients() if friction is None else friction, dtype=float)
+    by_displacement = friction_reading == "displacement"
+    scale = ball.sliding_distance_scale if by_displacement else ball.sliding_speed_scale
+    balls = np.zeros((len(points), 7))
+    for i, speed in enumerate(-velocities[:, 2]):
+        balls[i, :2] = contact_constants(ball, speed)
+    balls[:, 2], balls[:, 5], balls[:, 6] = mu[points - 1], scale.value, by_displacement
+    index = np.zeros(len(points), dtype=np.int64) if bed is None else np.asarray(bed)
+    nothing = np.zeros((len(points), 3, free))
+    return Impacts(points, velocities, balls, ball.mass.value, nothing, index)
+
+
+def contact_constants(ball: BallParameters, speed: float) -> tuple[float, float]:
+    """The ball's kb (N/m) and cb (N s/m) at a normal approach speed (m/s)."""
+    low, high = ball.speed_low.value, ball.speed_high.value
+    kb = ball_constants(speed, low, high, ball.stiffness_low.value, ball.stiffness_growth.value)
+    cb = ball_constants(speed, low, high, ball.damping_low.value, ball.damping_growth.value)
+    return kb, cb

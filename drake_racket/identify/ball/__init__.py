@@ -1,0 +1,1 @@
+"""Fits of kb and cb to force-plate records."""

@@ -1,0 +1,123 @@
+"""Least squares by exact derivatives from several starts (scipy's trust region within bounds)."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import optimize
+
+from drake_racket.identify.core.assemble import Outcome, make_result
+from drake_racket.identify.core.evaluator import Evaluator
+from drake_racket.identify.core.journal import prepare_directory
+from drake_racket.identify.core.problem import Array, Problem, check_count, check_problem
+from drake_racket.identify.core.result import FitResult
+from drake_racket.identify.core.starts import Progress, Report, Start, run_starts, start_points
+from drake_racket.io.errors import InputError
+
+
+def fit(
+    problem: Problem,
+    *,
+    starts: int = 8,
+    seed: int = 0,
+    workers: int = 1,
+    journal: Path | None = None,
+    progress: Progress = None,
+    tolerance: float = 1e-12,
+    max_evaluations: int = 200,
+    rescale_sigma: bool = False,
+) -> FitResult:
+    """Estimates the parameters by least squares, each residual over its sigma where known.
+
+    The search is in `Scale`'s numbers: the way between the bounds, logarithmic where the bounds
+    are positive and more than a factor 10 apart. The first start is the problem's own, the others
+    are a Latin hypercube between the bounds. The result is the same, bit for bit, for any number
+    of workers, and for a run that was killed and started again with the same journal.
+
+    Args:
+        workers: processes that share the starts (started by spawn: a script needs the usual
+            `if __name__ == "__main__":`).
+        journal: directory that keeps the evaluations, one file per start.
+        progress: called with the part done (0 to 1) and the lowest RMS so far.
+        tolerance: relative change of the sum of squares, or of the parameters, at which a start
+            stops.
+        max_evaluations: of the residuals, per start.
+        rescale_sigma: take the problem's sigma as relative, and scale it by the residuals.
+
+    Raises:
+        InputError: a problem that cannot be fitted, bad options, or another fit's journal.
+
+    """
+    began = time.monotonic()
+    check_problem(problem)
+    for key, value, least in (("starts", starts, 1), ("seed", seed, 0), ("workers", workers, 1)):
+        check_count(key, value, least)
+    check_count("max_evaluations", max_evaluations, 1)
+    if not 1e-15 <= tolerance < 1.0:
+        raise InputError("tolerance", tolerance, "from 1e-15 to below 1")
+    prepare_directory(journal)
+    tasks = [
+        Descent(
+            problem=problem,
+            number=number,
+            point=point,
+            tolerance=tolerance,
+            max_evaluations=max_evaluations,
+            journal=None if journal is None else journal / f"start_{number:02d}.journal",
+        )
+        for number, point in enumerate(start_points(problem, starts, seed))
+    ]
+    return make_result(
+        problem,
+        run_starts(tasks, workers, progress),
+        method="least squares",
+        seed=seed,
+        seconds=time.monotonic() - began,
+        rescale=rescale_sigma,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Descent(Start):
+    """Least squares from one start."""
+
+    tolerance: float
+    max_evaluations: int
+
+    def settings(self) -> dict[str, Any]:
+        """The stopping rule; a journal serves any number of evaluations."""
+        return {"method": "least squares", "tolerance": self.tolerance}
+
+    def run(self, report: Report) -> Outcome:
+        """To the minimum, or as far as the evaluations go."""
+        with self.open_journal() as journal:
+            evaluator = Evaluator(
+                self.problem, journal, lambda n, rms: report(n / self.max_evaluations, rms)
+            )
+
+            def checked(u: Array) -> Array:
+                found = evaluator.residuals(u)
+                if evaluator.evaluations == 1 and not np.isfinite(found).all():
+                    raise FloatingPointError("the model has no solution there")
+                return found
+
+            try:
+                found = optimize.least_squares(
+                    checked,
+                    self.point,
+                    jac=evaluator.jacobian,
+                    bounds=(0.0, 1.0),
+                    method="trf",
+                    x_scale="jac",
+                    ftol=self.tolerance,
+                    xtol=self.tolerance,
+                    gtol=None,  # absolute, so a matter of units
+                    max_nfev=self.max_evaluations,
+                )
+                return self.ended(evaluator, str(found.message), converged=found.status > 0)
+            except FloatingPointError as error:
+                return self.failed(evaluator, str(error))

@@ -1,0 +1,254 @@
+"""What a fit found: estimates, their uncertainty, residuals and how it converged."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drake_racket.identify.core.problem import Array, Parameter
+from drake_racket.io.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True, eq=False)
+class StartRecord:
+    """How one start of a fit, or an annealing run, went.
+
+    Attributes:
+        number: which start, from 0.
+        start: (n,) where it began.
+        estimates: (n,) where it ended; nan where the model had no solution at the start.
+        cost: sum of squares there, each residual over its sigma where that is known; inf likewise.
+        rms: root mean square residual there, in the measured unit.
+        evaluations: of the residuals, those read back from a journal included.
+        converged: whether it stopped by its tolerance.
+        status: in words.
+        history: (k, 2) number of the evaluation and RMS, wherever the cost fell.
+
+    """
+
+    number: int
+    start: Array
+    estimates: Array
+    cost: float
+    rms: float
+    evaluations: int
+    converged: bool
+    status: str
+    history: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FitResult:
+    """Estimates with their uncertainty.
+
+    Attributes:
+        title: the problem's.
+        method: "least squares", "simulated annealing", ...
+        parameters: n of them.
+        estimates: (n,).
+        covariance: (n, n); inf on the diagonal, nan beside it, where a parameter is undetermined
+            or at a bound.
+        confidence_intervals: (n, 2) at 95 %; infinite likewise.
+        rms: sqrt(mean(residuals^2)), in the measured unit: the paper's measure.
+        residuals: (m,) model minus measured, in the measured unit.
+        residual_unit: that unit; empty where the problem does not say.
+        sigma: (m,) as given; None where it was estimated from the residuals.
+        residual_sigma: standard deviation of the residuals as estimated from them (sigma unknown),
+            or the square root of the reduced chi squared (sigma known).
+        degrees_of_freedom: measured values minus parameters that were determined.
+        undetermined: the directions that the data do not determine, in words.
+        undetermined_parameters: the names that occur in them.
+        at_bounds: names of parameters at a bound.
+        convergence: one record per start.
+        evaluations: of the residuals, in all starts.
+        seconds: wall-clock time of this run, without what an earlier run left in a journal.
+        warnings: in words, one line each.
+
+    """
+
+    title: str
+    method: str
+    parameters: tuple[Parameter, ...]
+    estimates: Array
+    covariance: Array
+    confidence_intervals: Array
+    rms: float
+    residuals: Array
+    residual_unit: str
+    sigma: Array | None
+    residual_sigma: float
+    degrees_of_freedom: int
+    undetermined: tuple[str, ...]
+    undetermined_parameters: tuple[str, ...]
+    at_bounds: tuple[str, ...]
+    convergence: tuple[StartRecord, ...]
+    evaluations: int
+    seconds: float
+    seed: int
+    fingerprint: str
+    versions: Mapping[str, str]
+    warnings: tuple[str, ...]
+    rescaled: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters' names."""
+        return tuple(p.name for p in self.parameters)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The estimates by name."""
+        return dict(zip(self.names, map(float, self.estimates), strict=True))
+
+    @property
+    def standard_errors(self) -> Array:
+        """(n,); inf where not determined."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        """(n, n); nan where not determined."""
+        errors = np.where(np.isfinite(self.standard_errors), self.standard_errors, np.nan)
+        with np.errstate(invalid="ignore"):  # 0/0 where the data have no noise at all
+            return np.asarray(self.covariance / np.outer(errors, errors))
+
+    def index(self, name: str) -> int:
+        """Position of a parameter.
+
+        Raises:
+            InputError: no such parameter.
+
+        """
+        if name not in self.names:
+            raise InputError("parameter", name, " | ".join(self.names))
+        return self.names.index(name)
+
+    def to_dataset(
+        self, labels: Mapping[str, tuple[Sequence[Any] | Array, str]] | None = None
+    ) -> xarray.Dataset:
+        """Estimates, uncertainty, residuals and the starts as labelled data.
+
+        Args:
+            labels: coordinates of the measured values: name to ((m,) values, unit), as
+                {"speed": (speeds, "m/s"), "point": (points, "")}.
+
+        """
+        import xarray
+
+        one, two = ("parameter",), ("parameter", "parameter_2")
+        table: dict[str, tuple[Any, Any, str, str]] = {
+            "estimate": (one, self.estimates, "parameter_unit", "estimate"),
+            "standard_error": (one, self.standard_errors, "parameter_unit", "standard error"),
+            "confidence_interval": (
+                ("parameter", "end"),
+                self.confidence_intervals,
+                "parameter_unit",
+                "95 % confidence interval",
+            ),
+            "covariance": (two, self.covariance, "product of parameter_units", "covariance"),
+            "correlation": (two, self.correlation, "1", "correlation of the estimates"),
+            "residual": (("measurement",), self.residuals, self.residual_unit, "model - measured"),
+        }
+        if self.sigma is not None:
+            text = "standard deviation of the measured value"
+            table["sigma"] = (("measurement",), self.sigma, self.residual_unit, text)
+        records, start = self.convergence, ("start",)
+        table |= {
+            "start_point": (
+                ("start", "parameter"),
+                np.array([r.start for r in records]),
+                "parameter_unit",
+                "where a start began",
+            ),
+            "start_estimate": (
+                ("start", "parameter"),
+                np.array([r.estimates for r in records]),
+                "parameter_unit",
+                "where a start ended",
+            ),
+            "start_rms": (start, [r.rms for r in records], self.residual_unit, "RMS it ended at"),
+            "start_evaluations": (start, [r.evaluations for r in records], "1", "evaluations"),
+            "start_status": (start, [r.status for r in records], "", "how it stopped"),
+        }
+        coordinates = {
+            "parameter": ("parameter", list(self.names), "", "parameter"),
+            "parameter_2": ("parameter_2", list(self.names), "", "parameter"),
+            "parameter_unit": ("parameter", [p.unit for p in self.parameters], "", "unit"),
+            "end": ("end", ["lower", "upper"], "", "end of the interval"),
+            "start": ("start", [r.number for r in records], "1", "number of the start"),
+        }
+        for name, (values, unit) in (labels or {}).items():
+            coordinates[name] = ("measurement", list(values), unit, name)
+        attributes = {"title": self.title, "method": self.method, "rms": self.rms}
+        attributes |= {"degrees_of_freedom": self.degrees_of_freedom, "seed": self.seed}
+        attributes |= {"evaluations": self.evaluations, "fingerprint": self.fingerprint}
+        notes = {"undetermined": self.undetermined, "warnings": self.warnings}
+        notes["at_bounds"] = self.at_bounds
+        attributes |= {key: "; ".join(texts) for key, texts in notes.items()}
+        return xarray.Dataset(
+            {n: (d, v, {"units": u, "long_name": t}) for n, (d, v, u, t) in table.items()},
+            {n: (d, v, {"units": u, "long_name": t}) for n, (d, v, u, t) in coordinates.items()},
+            attributes,
+        )
+
+    def to_json(self) -> str:
+        """The result as JSON text; null stands for what is not finite."""
+        intervals, errors = self.confidence_intervals, self.standard_errors
+        content = {
+            "title": self.title,
+            "method": self.method,
+            "parameters": [
+                {
+                    "name": p.name,
+                    "unit": p.unit,
+                    "estimate": self.estimates[i],
+                    "standard_error": errors[i],
+                    "confidence_interval_95": intervals[i],
+                    "bounds": (p.lower, p.upper),
+                    "start": p.start,
+                }
+                for i, p in enumerate(self.parameters)
+            ],
+            "covariance": self.covariance,
+            "correlation": self.correlation,
+            "rms": self.rms,
+            "residual_unit": self.residual_unit,
+            "residuals": self.residuals,
+            "sigma": self.sigma,
+            "sigma_rescaled": self.rescaled,
+            "residual_sigma": self.residual_sigma,
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "undetermined": self.undetermined,
+            "undetermined_parameters": self.undetermined_parameters,
+            "at_bounds": self.at_bounds,
+            "convergence": [vars(record) for record in self.convergence],
+            "evaluations": self.evaluations,
+            "seconds": self.seconds,
+            "seed": self.seed,
+            "fingerprint": self.fingerprint,
+            "versions": dict(self.versions),
+            "warnings": self.warnings,
+        }
+        return json.dumps(_plain(content), indent=1, allow_nan=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    """`value` in JSON's own types; None for a number that is not finite."""
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,1 @@
+"""Fits of the throat joint to impact-hammer records."""

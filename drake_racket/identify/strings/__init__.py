@@ -1,0 +1,1 @@
+"""Fits of string-bed and friction to restitution and angle tables."""

@@ -1,0 +1,118 @@
+"""Writes data and figures, each file whole or not at all."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import os
+import re
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_racket.io.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def check_directory(path: Path, key: str) -> None:
+    """Refuses a directory that cannot be made or written, before any work is done for it.
+
+    Raises:
+        InputError: naming `key`, the option or argument that gave the path.
+
+    """
+    try:
+        parent = path
+        while not parent.exists() and parent != parent.parent:
+            parent = parent.parent
+        with tempfile.TemporaryDirectory(dir=parent):  # permissions alone do not tell, as root
+            pass
+    except OSError as error:
+        raise directory_error(path, error, key) from None
+
+
+def directory_error(path: Path, error: OSError, key: str) -> InputError:
+    """What to raise when writing below `path` failed."""
+    reason = error.strerror or type(error).__name__
+    return InputError(key, str(path), f"a directory that can be written ({reason})")
+
+
+def replace_file(path: Path, write: Callable[[Path], Any]) -> None:
+    """Calls `write` with a temporary name beside `path` (same suffix), then renames."""
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def meant_for(path: Path) -> Path:
+    """What a file under a temporary name of `replace_file` was to become; other paths as they are.
+
+    A process that is killed leaves such a file.
+    """
+    found = _TEMPORARY.fullmatch(path.name)
+    return path.with_name(found["stem"] + found["suffix"]) if found else path
+
+
+_TEMPORARY = re.compile(r"\.(?P<stem>.+)\.[0-9]+\.tmp(?P<suffix>\.[^.]+|)")
+
+
+def write_text(text: str, path: Path) -> None:
+    """Writes UTF-8 text."""
+    replace_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
+    """Writes a dataset as NetCDF 4."""
+    from xarray.backends import H5NetCDFStore
+
+    h5netcdf: Any = importlib.import_module("h5netcdf")  # it comes without hints
+    # made in memory: HDF5 crashes the process later if the disk fills up under it
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        dataset.dump_to_store(H5NetCDFStore(file))
+    replace_file(path, lambda temporary: temporary.write_bytes(content.getbuffer()))
+
+
+def write_csv(dataset: xarray.Dataset, path: Path) -> None:
+    """Writes a time history as CSV; columns `name [unit]` or `name_part [unit]`."""
+    columns: dict[str, NDArray[np.float64]] = {"time [s]": dataset["time"].to_numpy()}
+    for name, variable in dataset.data_vars.items():
+        units = variable.attrs["units"]
+        if variable.ndim == 1:
+            columns[f"{name} [{units}]"] = variable.to_numpy()
+            continue
+        for label in dataset[variable.dims[1]].to_numpy():
+            part = variable.sel({variable.dims[1]: label})
+            columns[f"{name}_{label} [{units}]"] = part.to_numpy()
+    header = ",".join(columns)
+    table = np.column_stack(list(columns.values()))
+
+    def write(temporary: Path) -> None:
+        np.savetxt(temporary, table, delimiter=",", header=header, comments="", fmt="%.12g")
+
+    replace_file(path, write)
+
+
+def write_table(dataset: xarray.Dataset, path: Path) -> None:
+    """Writes a dataset of cases as CSV, one row per case; columns `name [unit]`.
+
+    Every variable must have the same dimensions; the coordinates come first.
+    """
+    units = {str(n): str(v.attrs.get("units", "")) for n, v in dataset.variables.items()}
+    frame = dataset.to_dataframe().reset_index()
+    frame.columns = [f"{n} [{units[n]}]" if units.get(n) else n for n in map(str, frame.columns)]
+    replace_file(path, lambda temporary: frame.to_csv(temporary, index=False))
+
+
+def write_figure(figure: Any, path: Path) -> None:
+    """Writes a figure; the suffix of `path` gives the format."""
+    replace_file(path, lambda temporary: figure.savefig(temporary, dpi=150))

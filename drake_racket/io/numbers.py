@@ -1,0 +1,66 @@
+"""Single numbers from outside: Python's and NumPy's alike, made Python floats."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import numbers
+from typing import Any
+
+import numpy as np
+
+from drake_racket.io.errors import InputError
+
+
+def finite_number(key: str, value: object, allowed: str = "a finite number") -> float:
+    """`value` as a Python float.
+
+    Raises:
+        InputError: it is no real number (true and false are none), or not finite as a float.
+
+    """
+    number = _as_float(value)
+    if number is None or not math.isfinite(number):
+        raise InputError(key, value, allowed)
+    return number
+
+
+def number_between(key: str, value: object, least: float, most: float, unit: str = "") -> float:
+    """`finite_number` that is not below `least` nor above `most`; raises InputError."""
+    number = finite_number(key, value)
+    if not least <= number <= most:
+        raise InputError(key, value, f"{least:g} to {most:g} {unit}".rstrip())
+    return number
+
+
+def plain_numbers(settings: Any) -> None:
+    """Makes Python floats of a dataclass's numbers, also those in its lists, dicts and dataclasses.
+
+    Equal settings then have one YAML and JSON text, whoever computed their numbers. What is no
+    number is left as it is, for the checks to refuse. Annotations must not be postponed.
+    """
+    for item in dataclasses.fields(settings):
+        if item.type not in (str, bool):
+            setattr(settings, item.name, _plain(getattr(settings, item.name)))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_plain(x) for x in value]
+    if isinstance(value, dict):
+        return {key: _plain(x) for key, x in value.items()}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        plain_numbers(value)
+        return value
+    number = _as_float(value)
+    return value if number is None else number
+
+
+def _as_float(value: object) -> float | None:
+    # to Python a NumPy duration is an integer, in whatever unit it has
+    if not isinstance(value, numbers.Real) or isinstance(value, bool | np.timedelta64):
+        return None
+    try:
+        return float(value)
+    except OverflowError:  # an int beyond the floats
+        return None

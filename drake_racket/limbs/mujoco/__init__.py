@@ -1,0 +1,1 @@
+"""Limbs of MuJoCo models, brought into a plant."""

@@ -1,0 +1,79 @@
+"""The optional package `mujoco`, its compiled models, and the names in them."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from drake_racket.io.errors import InputError, one_line
+
+
+def mujoco_package() -> Any:
+    """The `mujoco` package.
+
+    Raises:
+        InputError: it is not installed.
+
+    """
+    try:
+        return importlib.import_module("mujoco")
+    except ImportError:
+        raise InputError(
+            "mujoco", "not installed", "pip install 'drake-racket[mujoco]' for this import"
+        ) from None
+
+
+@contextlib.contextmanager
+def quiet_mujoco() -> Iterator[None]:
+    """Drops MuJoCo's own warnings, which it prints and appends to MUJOCO_LOG.TXT where it runs."""
+    mujoco = mujoco_package()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(None)
+
+
+def load_model(model: Any) -> Any:
+    """A compiled `mujoco.MjModel`: the one given, or the one of an .xml or .mjb file.
+
+    Raises:
+        InputError: the package is missing, or there is no such model.
+
+    """
+    mujoco = mujoco_package()
+    if isinstance(model, mujoco.MjModel):
+        return model
+    if not isinstance(model, str | Path) or Path(model).suffix not in (".xml", ".mjb"):
+        raise InputError("import_mujoco: model", model, "an MjModel or a path to .xml or .mjb")
+    if not Path(model).is_file():  # MuJoCo would leave a log file behind
+        raise InputError("import_mujoco: model", Path(model), "a file that exists")
+    binary = Path(model).suffix == ".mjb"
+    load = mujoco.MjModel.from_binary_path if binary else mujoco.MjModel.from_xml_path
+    try:
+        return load(str(model))
+    except (ValueError, RuntimeError) as error:
+        reason = one_line(str(error), 200)
+        raise InputError(
+            "import_mujoco: model", Path(model), f"a model that MuJoCo loads ({reason})"
+        ) from None
+
+
+def body_name(model: Any, body: int) -> str:
+    """A body's name, or body_<id> for one that has none."""
+    return str(model.body(body).name) or f"body_{body}"
+
+
+def joint_name(model: Any, joint: int) -> str:
+    """A joint's name, or joint_<id> for one that has none."""
+    return str(model.joint(joint).name) or f"joint_{joint}"
+
+
+def short_list(names: Iterable[str], limit: int = 12) -> str:
+    """Names for a message: the first few, and how many more."""
+    names = [name for name in names if name]
+    more = f", ... ({len(names)} in all)" if len(names) > limit else ""
+    return (", ".join(names[:limit]) or "none there") + more

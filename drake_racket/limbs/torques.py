@@ -1,0 +1,200 @@
+"""What the muscles do during an impact: torques on a limb's joints, constant or a user's own.
+
+An impact lasts about 5 ms, less than a reflex takes: constant torques stand for muscles that do not
+answer it. Three choices for them, from `initial_torques`, at the state before the impact:
+
+- `zero`: no torque at all.
+- `hold`: the joints do not accelerate at the instant they are taken: with everything else free to
+  move (throat joints, string masses, a racket in a compliant grip, a ball) under the forces that
+  act in that state, v'_L = 0 for the limb's joints. A grip that is not yet strained puts no load on
+  the hand, and a frame that is not yet bent none of the head's weight: `hold` then leaves them out.
+- `carry`: the same with the racket locked to the hand as one rigid body, so that the torques bear
+  the racket's weight and the force that keeps it on its path. What a throat, string-bed and grip
+  that have settled ask for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable, JointActuator, MultibodyForces
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
+
+from drake_racket.io.errors import InputError
+from drake_racket.limbs.limb import Limb
+from drake_racket.parameters.stroke import Vector
+from drake_racket.plant.racket import Racket
+
+JOINT_TORQUES = ("zero", "hold", "carry")
+
+
+def initial_torques(
+    kind: str, plant: MultibodyPlant, context: Context, limb: Limb, racket: Racket
+) -> Vector:
+    """Joint torques (n,) at the state of the plant's `context`, in the order of the limb's v.
+
+    Raises:
+        InputError: unknown kind.
+
+    """
+    if kind not in JOINT_TORQUES:
+        raise InputError("joint torques", kind, ", ".join(JOINT_TORQUES))
+    if kind == "zero":
+        return np.zeros(len(limb.velocity_indices()))
+    if kind == "hold":
+        return hold_torques(plant, context, limb)
+    return carry_torques(plant, context, limb, racket)
+
+
+def hold_torques(plant: MultibodyPlant, context: Context, limb: Limb) -> Vector:
+    """Torques (n,) under which the limb's joints have no acceleration; all else moves freely.
+
+    With M v' + b = S tau, b from inverse dynamics at v' = 0, and v'_L = 0, the others follow from
+    M_RR v'_R = -b_R, and tau = M_LR v'_R + b_L.
+    """
+    ours = limb.velocity_indices()
+    others = np.setdiff1d(np.arange(plant.num_velocities()), ours)
+    bias = _inverse_dynamics(plant, context, np.zeros(plant.num_velocities()))
+    M = plant.CalcMassMatrix(context)
+    rates = np.linalg.solve(M[np.ix_(others, others)], -bias[others])
+    torques: Vector = M[np.ix_(ours, others)] @ rates + bias[ours]
+    return torques
+
+
+def carry_torques(plant: MultibodyPlant, context: Context, limb: Limb, racket: Racket) -> Vector:
+    """Torques (n,) under which limb and racket, rigid in the hand, have no joint acceleration.
+
+    Inverse dynamics at v'_L = 0. For a racket that is a free body: with the acceleration of a body
+    rigid in the hand, and the wrench that this takes put on the hand. The state must be one in
+    which the racket moves with the hand (`apply_stroke`).
+    """
+    ours, handle = limb.velocity_indices(), racket.handle
+    vdot = np.zeros(plant.num_velocities())
+    if not handle.is_floating_base_body():
+        return _inverse_dynamics(plant, context, vdot)[ours]
+    world, hand = plant.world_frame(), limb.hand
+    p_HoBo = handle.body_frame().CalcPose(context, hand).translation()
+    bias = plant.CalcBiasSpatialAcceleration(
+        context, JacobianWrtVariable.kV, hand, p_HoBo, world, world
+    )
+    start = handle.floating_velocities_start_in_v()
+    vdot[start : start + 6] = bias.get_coeffs()
+    forces = _inverse_dynamics(plant, context, vdot)
+    J = plant.CalcJacobianSpatialVelocity(
+        context, JacobianWrtVariable.kV, hand, p_HoBo, world, world
+    )
+    torques: Vector = forces[ours] + J[:, ours].T @ forces[start : start + 6]
+    return torques
+
+
+def _inverse_dynamics(plant: MultibodyPlant, context: Context, vdot: Vector) -> Vector:
+    """Generalized forces (nv,) for v' on top of gravity, bushings, and the joints' damping."""
+    applied = MultibodyForces(plant)
+    plant.CalcForceElementsContribution(context, applied)
+    return np.asarray(plant.CalcInverseDynamics(context, vdot, applied), dtype=float)
+
+
+@dataclass(frozen=True)
+class JointTorques:
+    """Handles to the torques on a limb's joints.
+
+    Attributes:
+        limb: whose joints.
+        source: holds the torques in its Context; None where they come from an exported input.
+        selector: takes the torques (n,) to the plant's actuation or generalized forces.
+        actuators: of the joints, in order, if the torques go to the plant's actuation port (which
+            is then connected); empty if not: connect `generalized_force_port` with
+            `diagram.connect_forces`.
+
+    """
+
+    limb: Limb
+    source: ConstantVectorSource | None
+    selector: MatrixGain
+    actuators: tuple[JointActuator, ...]
+
+    def set(self, root: Context, torques: Vector) -> None:
+        """Writes constant torques (n,) in N m into the Context of the Diagram.
+
+        Raises:
+            InputError: the torques are a user's system, not n finite numbers, or beyond what an
+                actuator gives (Drake would cut them off silently).
+
+        """
+        if self.source is None:
+            raise InputError("JointTorques.set", "an exported input", "torques of its own")
+        size = self.selector.get_input_port().size()
+        if np.shape(torques) != (size,) or not np.isfinite(torques).all():
+            raise InputError("JointTorques.set: torques", torques, f"{size} finite numbers")
+        for actuator, torque in zip(self.actuators, torques, strict=False):
+            limit = actuator.effort_limit()
+            if abs(torque) > limit:
+                raise InputError(
+                    f"JointTorques.set: torque of {actuator.joint().name()}",
+                    float(torque),
+                    f"the actuator's {-limit:g} to {limit:g} N m",
+                )
+        context = self.source.GetMyMutableContextFromRoot(root)
+        self.source.get_mutable_source_value(context).SetFromVector(torques)
+
+    def generalized_force_port(self) -> OutputPort | None:
+        """For the plant's applied_generalized_force; None where the actuation takes them."""
+        return None if self.actuators else self.selector.get_output_port()
+
+
+def add_joint_torques(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    limb: Limb,
+    *,
+    name: str = "joint_torques",
+    export: bool = False,
+) -> JointTorques:
+    """Adds a limb's joint torques (zero until set) to `builder`. After `plant.Finalize()`.
+
+    They are the plant's actuation where every joint of the limb has an actuator, and generalized
+    forces otherwise; those share the plant's port with the string-bed, so connect them with
+    `connect_forces(builder, plant, [impact], generalized=[torques.generalized_force_port()])`.
+
+    Args:
+        export: no constant source; the Diagram gets an input port `name` (n,) for a user's system.
+
+    Raises:
+        InputError: the plant is not finalized, or its actuation port is connected already.
+
+    """
+    if not plant.is_finalized():
+        raise InputError("add_joint_torques: plant", "not finalized", "a plant after Finalize()")
+    actuators = _actuators(plant, limb)
+    size = len(limb.velocity_indices())
+    if actuators:
+        gain = np.zeros((plant.num_actuated_dofs(), size))
+        gain[[a.input_start() for a in actuators], np.arange(size)] = 1.0
+    else:
+        gain = np.eye(plant.num_velocities())[:, limb.velocity_indices()]
+    selector = builder.AddNamedSystem(f"{name}_selector", MatrixGain(gain))
+    source = None
+    if export:
+        builder.ExportInput(selector.get_input_port(), name)
+    else:
+        source = builder.AddNamedSystem(name, ConstantVectorSource(np.zeros(size)))
+        builder.Connect(source.get_output_port(), selector.get_input_port())
+    if actuators:
+        port = plant.get_actuation_input_port()
+        if builder.IsConnectedOrExported(port):
+            raise InputError(
+                "add_joint_torques: the plant's actuation port", "connected already", "a free port"
+            )
+        builder.Connect(selector.get_output_port(), port)
+    return JointTorques(limb, source, selector, actuators)
+
+
+def _actuators(plant: MultibodyPlant, limb: Limb) -> tuple[JointActuator, ...]:
+    """One actuator per joint of the limb, in order; none unless every joint has one."""
+    every = [plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices()]
+    by_joint = {actuator.joint().index(): actuator for actuator in every}
+    found = tuple(by_joint[j.index()] for j in limb.joints if j.index() in by_joint)
+    return found if len(found) == len(limb.joints) else ()

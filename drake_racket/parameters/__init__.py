@@ -1,0 +1,1 @@
+"""The parameter files and their schemas: racket, ball, grip, limb, scenario."""

@@ -1,0 +1,249 @@
+"""The parameter file of the shipped upper limb: segments, joints, and how they scale.
+
+Segments are those of de Leva (1996), Adjustments to Zatsiorsky-Seluyanov's segment inertia
+parameters, J. Biomech. 29(9):1223-1230, Table 4. A segment's sagittal axis runs from back to front
+and its transverse axis from side to side in the anatomical position (arm hanging, palm forward).
+"""
+
+import dataclasses
+import math
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_racket.io.errors import InputError
+from drake_racket.io.numbers import finite_number
+from drake_racket.io.shipped import data_directory
+from drake_racket.io.yaml_files import load_file, name_or_path
+from drake_racket.parameters.quantities import Quantity, check_fields, one
+
+UPPER_LIMBS = ("upper_limb",)
+SEGMENTS = ("upper_arm", "forearm", "hand")
+JOINTS = (
+    "shoulder_abduction",
+    "shoulder_flexion",
+    "shoulder_rotation",
+    "elbow_flexion",
+    "forearm_pronation",
+    "wrist_flexion",
+    "wrist_deviation",
+)
+"""The limb's joints from the trunk to the hand, each named after its positive direction."""
+
+
+@dataclass
+class Subject:
+    """Whose limb it is."""
+
+    mass: Quantity = one("kg")
+    height: Quantity = one("m")
+
+
+@dataclass
+class Segment:
+    """One rigid segment, from its proximal to its distal joint centre."""
+
+    length: Quantity = one("m")
+    mass_fraction: Quantity = one("1")  # of the body's mass
+    com: Quantity = one("1")  # from the proximal end, of the length
+    gyration_sagittal: Quantity = one("1")  # radii of gyration about the COM, of the length
+    gyration_transverse: Quantity = one("1")
+    gyration_longitudinal: Quantity = one("1")
+
+
+@dataclass
+class GripPlace:
+    """Where the racket's grip frame lies in the fist."""
+
+    distal: Quantity = one("m")  # from the wrist along the hand
+    palmar: Quantity = one("m", sign="non-negative")  # from there out of the palm
+    inclination: Quantity = one("rad", sign="any")  # of butt-to-tip from the thumb's side to distal
+
+
+@dataclass
+class JointParameters:
+    """One joint: its range of motion, its damping, and the stiffness of the range's ends."""
+
+    lower: Quantity = one("rad", sign="any")
+    upper: Quantity = one("rad", sign="any")
+    damping: Quantity = one("N*m*s/rad", sign="non-negative")
+    limit_stiffness: Quantity = one("N*m/rad", sign="non-negative")
+
+
+@dataclass
+class JointSet:
+    """The seven joints."""
+
+    shoulder_abduction: JointParameters = field(default_factory=JointParameters)
+    shoulder_flexion: JointParameters = field(default_factory=JointParameters)
+    shoulder_rotation: JointParameters = field(default_factory=JointParameters)
+    elbow_flexion: JointParameters = field(default_factory=JointParameters)
+    forearm_pronation: JointParameters = field(default_factory=JointParameters)
+    wrist_flexion: JointParameters = field(default_factory=JointParameters)
+    wrist_deviation: JointParameters = field(default_factory=JointParameters)
+
+
+@dataclass
+class UpperLimbParameters:
+    """The whole content of one parameter file of an upper limb."""
+
+    name: str = ""
+    title: str = ""
+    subject: Subject = field(default_factory=Subject)
+    upper_arm: Segment = field(default_factory=Segment)
+    forearm: Segment = field(default_factory=Segment)
+    hand: Segment = field(default_factory=Segment)
+    grip: GripPlace = field(default_factory=GripPlace)
+    joints: JointSet = field(default_factory=JointSet)
+    limit_damping: Quantity = one("s/rad", sign="non-negative")
+    notes: list[str] = field(default_factory=list)
+
+    def segment(self, name: str) -> Segment:
+        """The segment `upper_arm`, `forearm` or `hand`."""
+        found: Segment = getattr(self, name)
+        return found
+
+    def joint(self, name: str) -> JointParameters:
+        """One of the `JOINTS`."""
+        found: JointParameters = getattr(self.joints, name)
+        return found
+
+    def mass(self, name: str) -> float:
+        """A segment's mass (kg)."""
+        return self.segment(name).mass_fraction.value * self.subject.mass.value
+
+    def com(self, name: str) -> float:
+        """Distance (m) of a segment's centre of mass from its proximal end."""
+        return self.segment(name).com.value * self.segment(name).length.value
+
+    def moments(self, name: str) -> tuple[float, float, float]:
+        """A segment's moments of inertia (kg m^2) about its centre of mass, m (r l)^2.
+
+        About its sagittal, transverse and longitudinal axis.
+        """
+        segment = self.segment(name)
+        radii = (
+            segment.gyration_sagittal.value,
+            segment.gyration_transverse.value,
+            segment.gyration_longitudinal.value,
+        )
+        s, t, l = (self.mass(name) * (r * segment.length.value) ** 2 for r in radii)
+        return s, t, l
+
+    def ranges(self) -> NDArray[np.float64]:
+        """Lower and upper ends (rad) of the joints' ranges, (7, 2), in the order of `JOINTS`."""
+        joints = [self.joint(name) for name in JOINTS]
+        return np.array([(joint.lower.value, joint.upper.value) for joint in joints])
+
+
+def load_upper_limb(
+    limb: str | os.PathLike[str] = "upper_limb",
+    *,
+    mass: float | None = None,
+    height: float | None = None,
+) -> UpperLimbParameters:
+    """Loads the shipped upper limb, or one from its YAML file, for a subject of any size.
+
+    Args:
+        limb: `upper_limb`, or a path ending in .yaml.
+        mass: the subject's mass (kg); the segments' masses keep their fractions of it.
+        height: the subject's height (m); all lengths of the file grow with it. The moments of
+            inertia follow both.
+
+    Raises:
+        InputError: unknown name, unreadable file, content that does not fit, or a mass or height
+            that is not a finite positive number.
+
+    """
+    limb = name_or_path(limb, "limb")
+    if limb.endswith((".yaml", ".yml")):
+        path = Path(limb)
+    elif limb in UPPER_LIMBS:
+        path = data_directory() / f"{limb}.yaml"
+    else:
+        raise InputError("limb", limb, f"{', '.join(UPPER_LIMBS)} or a path ending in .yaml")
+    loaded = load_file(path, UpperLimbParameters, complete=True)
+    check_upper_limb(loaded, str(path))
+    return _scaled(loaded, _size("mass", mass), _size("height", height))
+
+
+def _size(key: str, value: float | None) -> float | None:
+    """A subject's mass or height as a Python float: SDF is written from it."""
+    if value is None:
+        return None
+    allowed = "a finite number above 0"
+    number = finite_number(f"load_upper_limb: {key}", value, allowed)
+    if not number > 0.0:
+        raise InputError(f"load_upper_limb: {key}", value, allowed)
+    return number
+
+
+def _scaled(
+    limb: UpperLimbParameters, mass: float | None, height: float | None
+) -> UpperLimbParameters:
+    subject = limb.subject
+    if mass is not None:
+        source = f"the subject's; the file's subject has {subject.mass.value:g} kg"
+        subject = dataclasses.replace(subject, mass=Quantity(mass, "kg", "measured", source))
+    if height is not None:
+        factor = height / subject.height.value
+        source = f"the subject's; the file's subject has {subject.height.value:g} m"
+        subject = dataclasses.replace(subject, height=Quantity(height, "m", "measured", source))
+        parts = {
+            name: dataclasses.replace(
+                limb.segment(name), length=_times(limb.segment(name).length, factor)
+            )
+            for name in SEGMENTS
+        }
+        grip = dataclasses.replace(
+            limb.grip,
+            distal=_times(limb.grip.distal, factor),
+            palmar=_times(limb.grip.palmar, factor),
+        )
+        limb = dataclasses.replace(limb, **parts, grip=grip)  # type: ignore[arg-type]
+    return dataclasses.replace(limb, subject=subject)
+
+
+def _times(length: Quantity, factor: float) -> Quantity:
+    """A length scaled; one that was inferred stays so."""
+    if factor == 1.0:
+        return length
+    status = "inferred" if length.status == "inferred" else "calculated"
+    return Quantity(
+        factor * length.value, length.unit, status, f"{factor:.6g} (height) times: {length.source}"
+    )
+
+
+def check_upper_limb(limb: UpperLimbParameters, where: str = "upper_limb") -> None:
+    """Checks units, signs, provenance, inertias and ranges; raises InputError."""
+    if not (limb.name.isascii() and limb.name.isidentifier()):
+        raise InputError(f"{where}: name", limb.name, "letters, digits and _ (not first a digit)")
+    check_fields(limb, where)
+    for name in SEGMENTS:
+        segment = limb.segment(name)
+        for key in ("mass_fraction", "com"):
+            fraction: Quantity = getattr(segment, key)
+            if fraction.value > 1.0:
+                raise InputError(f"{where}: {name}.{key}.value", fraction.value, "at most 1")
+        low, middle, high = sorted(limb.moments(name))
+        if high > low + middle:
+            raise InputError(
+                f"{where}: {name}.gyration_*",
+                [low, middle, high],
+                "no moment of inertia above the others' sum",
+            )
+    if abs(limb.grip.inclination.value) >= 0.5 * math.pi:
+        raise InputError(
+            f"{where}: grip.inclination.value", limb.grip.inclination.value, "within pi/2 of 0"
+        )
+    for name in JOINTS:
+        joint = limb.joint(name)
+        if not joint.lower.value < joint.upper.value:
+            raise InputError(
+                f"{where}: joints.{name}.lower.value",
+                joint.lower.value,
+                f"below upper, {joint.upper.value}",
+            )

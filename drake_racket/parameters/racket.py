@@ -1,0 +1,376 @@
+"""The parameter files: one racket with one string-bed per file, one ball per file.
+
+Every number carries unit, status and source (see `quantities`). The published values are those of
+Glynn, King & Mitchell (2011), Sports Engineering 13(2):65-72, doi:10.1007/s12283-010-0056-x.
+
+Frames. R: origin on the butt end, x from butt to tip, z normal to the string plane, y = z x x.
+Points 1-9 are numbered row by row as seen from +z with the tip up, so that +y is on the left:
+1 2 3 at the tip, 4 5 6 through the geometric string-bed centre (5), 7 8 9 at the throat.
+"""
+
+import dataclasses
+import math
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from drake_racket.io.errors import InputError
+from drake_racket.io.numbers import finite_number
+from drake_racket.io.shipped import data_directory
+from drake_racket.io.yaml_files import load_file, name_or_path
+from drake_racket.laws.strings import POINTS, SPRING_NAMES, spring_formula
+from drake_racket.parameters.quantities import (
+    Assignment,
+    Choice,
+    Quantities,
+    Quantity,
+    check_fields,
+    choice,
+    many,
+    one,
+)
+
+RACKETS = ("tour", "recreational")
+TENSIONS = ("low", "high")
+BALLS = ("penn_titanium",)
+JOINT_READINGS = ("by_axis", "as_printed")
+
+
+@dataclass
+class Part:
+    """A rigid part of the frame. The moments of inertia are about the part's centre of mass."""
+
+    mass: Quantity = one("kg")
+    length: Quantity = one("m")
+    com: Quantity = one("m")  # from the end nearest the butt
+    moi_longitudinal: Quantity = one("kg*m^2")  # about x
+    moi_frontal: Quantity = one("kg*m^2")  # about z, the normal of the string plane
+    moi_transverse: Quantity = one("kg*m^2")  # about y
+
+
+@dataclass
+class ThroatJoint:
+    """The two torsional spring-dampers between handle and head, labelled as the source prints."""
+
+    reading: Choice = choice(*JOINT_READINGS)
+    stiffness_in: Quantity = one("N*m/rad")
+    stiffness_out: Quantity = one("N*m/rad")
+    damping_in: Quantity = one("N*m*s/rad", sign="non-negative")
+    damping_out: Quantity = one("N*m*s/rad", sign="non-negative")
+
+    def in_plane(self) -> tuple[float, float]:
+        """Stiffness (N m/rad) and damping (N m s/rad) of in-plane bending, about z.
+
+        `as_printed` takes the labels as directions of bending. `by_axis` takes them as the axis of
+        rotation: "in" is rotation about the in-plane axis (y), which bends the racket out of its
+        plane. Only `by_axis` gives the published frequencies.
+        """
+        if self.reading.value == "as_printed":
+            return self.stiffness_in.value, self.damping_in.value
+        return self.stiffness_out.value, self.damping_out.value
+
+    def out_of_plane(self) -> tuple[float, float]:
+        """Stiffness (N m/rad) and damping (N m s/rad) of out-of-plane bending, about y."""
+        if self.reading.value == "as_printed":
+            return self.stiffness_out.value, self.damping_out.value
+        return self.stiffness_in.value, self.damping_in.value
+
+
+@dataclass
+class StringBedParameters:
+    """Nine point masses and 24 springs; see `strings` for the law and the names of the springs."""
+
+    gsc: Quantity = one("m")  # geometric string-bed centre, from the throat joint along x
+    spacing: Quantity = one("m")
+    mass: Quantity = one("kg")  # of all the strings
+    rim_semi_axis_x: Quantity = one("m")
+    rim_semi_axis_y: Quantity = one("m")
+    stringing_tension: Quantity = one("N")
+    initial_tension: Quantity = one("N")  # T0
+    stiffness: Quantities = many("N/m")  # k1, k2, ...
+    rim_factors: Quantities = many("1", least=0)  # p1, p2, ...
+    damping: Quantity = one("N*s/m", sign="non-negative")
+    springs: Assignment = field(default_factory=Assignment)  # spring -> "k4" or "p6*k4"
+
+
+@dataclass
+class FrictionParameters:
+    """Sliding friction between ball and strings."""
+
+    coefficients: Quantities = many("1", sign="non-negative")  # mu1, mu2, ...
+    points: Assignment = field(default_factory=Assignment)  # point -> "mu1"
+
+
+@dataclass
+class Landmarks:
+    """Named places on the handle, from the butt along x."""
+
+    grip: Quantity = one("m", sign="non-negative")
+    accelerometer: Quantity = one("m", sign="non-negative")
+
+
+@dataclass
+class RacketParameters:
+    """One racket with one string-bed: the whole content of one parameter file."""
+
+    name: str = ""
+    title: str = ""
+    handle: Part = field(default_factory=Part)
+    head: Part = field(default_factory=Part)
+    throat_joint: ThroatJoint = field(default_factory=ThroatJoint)
+    landmarks: Landmarks = field(default_factory=Landmarks)
+    string_bed: StringBedParameters = field(default_factory=StringBedParameters)
+    friction: FrictionParameters = field(default_factory=FrictionParameters)
+    notes: list[str] = field(default_factory=list)
+
+    def point_in_head(self, number: int) -> tuple[float, float]:
+        """Rest position (x, y) (m) of string-bed point 1-9 from the throat joint, in the head."""
+        bed = self.string_bed
+        column, row = POINTS[number]
+        return bed.gsc.value + row * bed.spacing.value, column * bed.spacing.value
+
+    def point(self, number: int) -> tuple[float, float, float]:
+        """Rest position p_RoS_R (m) of string-bed point 1-9 in the undeformed racket."""
+        x, y = self.point_in_head(number)
+        return self.handle.length.value + x, y, 0.0
+
+    def friction_coefficients(self) -> list[float]:
+        """The coefficient at points 1-9, in order."""
+        mu = self.friction.coefficients.value
+        return [mu[int(self.friction.points.value[str(i)][2:]) - 1] for i in range(1, 10)]
+
+
+@dataclass
+class BallParameters:
+    """A point-mass ball; kb and cb are linear in the normal approach speed; see `contact`."""
+
+    name: str = ""
+    title: str = ""
+    mass: Quantity = one("kg")
+    radius: Quantity = one("m")
+    speed_low: Quantity = one("m/s")
+    speed_high: Quantity = one("m/s")
+    stiffness_low: Quantity = one("N/m")  # kb at speed_low
+    damping_low: Quantity = one("N*s/m", sign="non-negative")  # cb at speed_low
+    stiffness_growth: Quantity = one("1", sign="any")  # kb(high)/kb(low) - 1
+    damping_growth: Quantity = one("1", sign="any")
+    sliding_speed_scale: Quantity = one("m/s")
+    sliding_distance_scale: Quantity = one("m")
+    notes: list[str] = field(default_factory=list)
+
+
+def load_racket(
+    racket: str | os.PathLike[str] = "tour",
+    tension: str | float = "low",
+    *,
+    joint_reading: str | None = None,
+) -> RacketParameters:
+    """Loads a shipped racket by name, or any racket from its YAML file.
+
+    Args:
+        racket: `tour`, `recreational`, or the path of a parameter file (ending in .yaml or .yml).
+        tension: `low`, `high`, or a stringing tension in N. A number takes T0 and the friction
+            coefficients from the line through the two published tensions of that racket. A file
+            has one string-bed and takes its own tension: leave it at `low`.
+        joint_reading: overrides the file's reading of the joint labels.
+
+    Raises:
+        InputError: unknown name, unreadable file, or content that does not fit.
+
+    """
+    racket = name_or_path(racket, "racket")
+    if racket.endswith((".yaml", ".yml")):
+        if tension != "low":
+            raise InputError("tension", tension, "no tension beside a parameter file (it has one)")
+        parameters = read_racket(Path(racket))
+    elif racket not in RACKETS:
+        raise InputError("racket", racket, f"{', '.join(RACKETS)} or a path ending in .yaml")
+    elif tension in TENSIONS:
+        parameters = read_racket(data_directory() / f"{racket}_{tension}.yaml")
+    else:
+        parameters = _at_tension(racket, tension)
+    if joint_reading is None:
+        return parameters
+    if joint_reading not in JOINT_READINGS:
+        raise InputError("joint_reading", joint_reading, ", ".join(JOINT_READINGS))
+    reading = Choice(joint_reading, "inferred", "chosen by the caller")
+    joint = dataclasses.replace(parameters.throat_joint, reading=reading)
+    return dataclasses.replace(parameters, throat_joint=joint)
+
+
+def _at_tension(racket: str, tension: str | float) -> RacketParameters:
+    allowed = f"{', '.join(TENSIONS)} or a stringing tension in N between 150 and 450"
+    try:
+        number = float(tension) if isinstance(tension, str) else tension
+        newton = finite_number("tension", number, allowed)
+    except ValueError:
+        raise InputError("tension", tension, allowed) from None
+    if not 150.0 <= newton <= 450.0:
+        raise InputError("tension", tension, allowed)
+    low, high = (read_racket(data_directory() / f"{racket}_{t}.yaml") for t in TENSIONS)
+    low_bed, high_bed = low.string_bed, high.string_bed
+    span = high_bed.stringing_tension.value - low_bed.stringing_tension.value
+    share = (newton - low_bed.stringing_tension.value) / span
+
+    def line(a: float, b: float) -> float:
+        return a + share * (b - a)
+
+    source = "line through the two published tensions of this racket"
+    bed = dataclasses.replace(
+        low_bed,
+        stringing_tension=Quantity(newton, "N", "measured", "given by the caller"),
+        initial_tension=Quantity(
+            line(low_bed.initial_tension.value, high_bed.initial_tension.value),
+            "N",
+            "inferred",
+            source,
+        ),
+    )
+    pairs = zip(low.friction.coefficients.value, high.friction.coefficients.value, strict=True)
+    mu = Quantities([line(a, b) for a, b in pairs], "1", "inferred", source)
+    return dataclasses.replace(
+        low,
+        name=f"{racket}_{newton:g}N".replace(".", "p"),
+        title=low.title.split(",")[0] + f", strung at {newton:g} N",
+        string_bed=bed,
+        friction=dataclasses.replace(low.friction, coefficients=mu),
+    )
+
+
+def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
+    """Loads the shipped ball by name, or any ball from its YAML file.
+
+    Raises:
+        InputError: unknown name, unreadable file, or content that does not fit.
+
+    """
+    ball = name_or_path(ball, "ball")
+    if ball.endswith((".yaml", ".yml")):
+        return read_ball(Path(ball))
+    if ball not in BALLS:
+        raise InputError("ball", ball, f"{', '.join(BALLS)} or a path ending in .yaml")
+    return read_ball(data_directory() / f"ball_{ball}.yaml")
+
+
+def read_racket(path: Path) -> RacketParameters:
+    """Reads and checks one racket file; raises InputError."""
+    racket = load_file(path, RacketParameters, complete=True)
+    check_racket(racket, str(path))
+    return racket
+
+
+def read_ball(path: Path) -> BallParameters:
+    """Reads and checks one ball file; raises InputError."""
+    ball = load_file(path, BallParameters, complete=True)
+    check_ball(ball, str(path))
+    return ball
+
+
+def check_racket(racket: RacketParameters, where: str = "racket") -> None:
+    """Checks units, signs, counts, assignments and geometry; raises InputError."""
+    _check_name(racket.name, where)
+    check_fields(racket, where)
+    for part_name in ("handle", "head"):
+        part: Part = getattr(racket, part_name)
+        moments = (part.moi_longitudinal, part.moi_transverse, part.moi_frontal)
+        low, middle, high = sorted(m.value for m in moments)
+        if part.com.value > part.length.value:
+            raise InputError(
+                f"{where}: {part_name}.com.value", part.com.value, f"at most {part.length.value}"
+            )
+        if high > low + middle:
+            raise InputError(
+                f"{where}: {part_name}.moi_*",
+                [low, middle, high],
+                "no moment above the others' sum",
+            )
+    _check_geometry(racket, where)
+    _check_springs(racket.string_bed, where)
+    _check_friction(racket.friction, where)
+
+
+def check_ball(ball: BallParameters, where: str = "ball") -> None:
+    """Checks units, signs and ranges; raises InputError."""
+    _check_name(ball.name, where)
+    check_fields(ball, where)
+    if ball.speed_high.value <= ball.speed_low.value:
+        raise InputError(
+            f"{where}: speed_high.value", ball.speed_high.value, f"above {ball.speed_low.value}"
+        )
+    for key in ("stiffness_growth", "damping_growth"):
+        growth: Quantity = getattr(ball, key)
+        if growth.value <= -1.0:  # kb or cb would turn negative inside the identified range
+            raise InputError(f"{where}: {key}.value", growth.value, "more than -1")
+
+
+def _check_name(name: str, where: str) -> None:
+    if not (name.isascii() and name.isidentifier()):
+        raise InputError(f"{where}: name", name, "letters, digits and _ (not first a digit)")
+
+
+def _check_geometry(racket: RacketParameters, where: str) -> None:
+    bed = racket.string_bed
+    for key in ("grip", "accelerometer"):
+        place: Quantity = getattr(racket.landmarks, key)
+        if place.value > racket.handle.length.value:
+            raise InputError(
+                f"{where}: landmarks.{key}.value",
+                place.value,
+                f"at most the handle's length, {racket.handle.length.value}",
+            )
+    a, b, s = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value, bed.spacing.value
+    if math.hypot(s / a, s / b) >= 1.0:  # ** would raise where a is tiny
+        raise InputError(
+            f"{where}: string_bed.rim_semi_axis_x.value",
+            a,
+            f"a rim that holds the corner points ({s} m from the centre along x and y)",
+        )
+
+
+def _check_springs(bed: StringBedParameters, where: str) -> None:
+    key = f"{where}: string_bed.springs.value"
+    counts = len(bed.stiffness.value), len(bed.rim_factors.value)
+    used: set[str] = set()
+    for name in bed.springs.value:
+        if name not in SPRING_NAMES:
+            raise InputError(f"{key}.{name}", "an unknown spring", ", ".join(SPRING_NAMES))
+    for name in SPRING_NAMES:
+        if name not in bed.springs.value:
+            raise InputError(f"{key}.{name}", "nothing", "all 24 springs must be assigned")
+        formula = bed.springs.value[name]
+        parsed = spring_formula(formula)
+        if parsed is None or parsed[0] >= counts[0] or parsed[1] >= counts[1]:
+            raise InputError(
+                f"{key}.{name}",
+                formula,
+                f"k1 to k{counts[0]}, or a rim factor p1 to p{counts[1]} times one: p6*k4",
+            )
+        used.update(formula.replace(" ", "").split("*"))
+    for letter, count, field_name in zip("kp", counts, ("stiffness", "rim_factors"), strict=True):
+        for i in range(1, count + 1):
+            if f"{letter}{i}" not in used:
+                raise InputError(
+                    f"{where}: string_bed.{field_name}.value",
+                    f"{count} numbers",
+                    f"only parameters that a spring uses ({letter}{i} is used by none)",
+                )
+
+
+def _check_friction(friction: FrictionParameters, where: str) -> None:
+    count = len(friction.coefficients.value)
+    key = f"{where}: friction.points.value"
+    names = [f"mu{i}" for i in range(1, count + 1)]
+    for point in friction.points.value:
+        if point not in [str(i) for i in range(1, 10)]:
+            raise InputError(f"{key}.{point}", "an unknown point", "1 to 9")
+    for i in range(1, 10):
+        name = friction.points.value.get(str(i), "nothing")
+        if name not in names:
+            raise InputError(f"{key}.{i}", name, ", ".join(names))
+    for name in names:
+        if name not in friction.points.value.values():
+            raise InputError(
+                f"{where}: friction.coefficients.value",
+                f"{count} numbers",
+                f"only coefficients that a point uses ({name} is used by none)",
+            )

@@ -1,0 +1,64 @@
+"""Adds a ball to a plant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
+from pydrake.systems.framework import Context
+
+from drake_racket.io.errors import InputError
+from drake_racket.parameters.racket import BallParameters
+from drake_racket.plant.sdf import ball_inertia, ball_sdf
+
+
+@dataclass(frozen=True)
+class Ball:
+    """Handles to a ball in a plant."""
+
+    plant: MultibodyPlant
+    parameters: BallParameters
+    model_instance: ModelInstanceIndex
+    body: RigidBody
+
+
+def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "ball") -> Ball:
+    """Adds a free ball to `plant`, before `Finalize`.
+
+    The ball is a free body, but the contact force goes through its centre: it moves as a point
+    mass and keeps whatever spin it is given.
+
+    Raises:
+        InputError: the plant is finalized, or the name is taken or not a name.
+
+    """
+    if plant.is_finalized():
+        raise InputError("add_ball: plant", "finalized", "a plant before Finalize()")
+    if plant.HasModelInstanceNamed(name):
+        raise InputError("add_ball: name", name, "a name that the plant does not have yet")
+    if not (name.isascii() and name.isidentifier()):
+        raise InputError("add_ball: name", name, "letters, digits and _ (not first a digit)")
+    parser = Parser(plant)
+    parser.SetStrictParsing()
+    (instance,) = parser.AddModelsFromString(ball_sdf(parameters, name), "sdf")
+    return Ball(plant, parameters, instance, plant.GetBodyByName("ball", instance))
+
+
+def set_ball_inertia(ball: Ball, root: Context, parameters: BallParameters) -> None:
+    """Writes the ball's mass and moments into a Context; see `set_racket_inertia`."""
+    context = ball.plant.GetMyMutableContextFromRoot(root)
+    ball.body.SetSpatialInertiaInBodyFrame(context, ball_inertia(parameters).spatial())
+
+
+def ball_law(parameters: BallParameters) -> tuple[float, float, float, float, float, float]:
+    """The numbers of kb and cb against speed, as `ContactModel.ball` has them."""
+    return (
+        parameters.speed_low.value,
+        parameters.speed_high.value,
+        parameters.stiffness_low.value,
+        parameters.stiffness_growth.value,
+        parameters.damping_low.value,
+        parameters.damping_growth.value,
+    )

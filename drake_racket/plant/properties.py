@@ -1,0 +1,85 @@
+"""Derived numbers of a racket: total mass, balance, swingweight, frequencies; from the plant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, InputPortSelection, OutputPortSelection
+from pydrake.systems.primitives import Linearize
+
+from drake_racket.parameters.racket import RacketParameters
+from drake_racket.plant.racket import add_racket
+
+SWINGWEIGHT_AXIS = 0.1016  # m from the butt: 4 inches, the convention of racket makers
+
+
+@dataclass(frozen=True)
+class RacketProperties:
+    """Mass properties of the strung racket, and fundamentals of the bare frame (free)."""
+
+    mass: float  # kg
+    balance: float  # m, centre of mass from the butt
+    swingweight: float  # kg m^2, about the transverse axis 4 inches from the butt
+    twistweight: float  # kg m^2, about the longitudinal axis
+    spinweight: float  # kg m^2, about the normal of the strings 4 inches from the butt
+    in_plane_frequency: float  # Hz
+    out_of_plane_frequency: float  # Hz
+
+
+def racket_properties(parameters: RacketParameters) -> RacketProperties:
+    """Computes the properties from the parsed model, not from the parameter file."""
+    plant = MultibodyPlant(0.0)
+    racket = add_racket(plant, parameters)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    instances = [racket.model_instance]
+    inertia = plant.CalcSpatialInertia(
+        context, racket.frame("butt"), plant.GetBodyIndices(racket.model_instance)
+    )
+    at_axis = inertia.Shift([SWINGWEIGHT_AXIS, 0.0, 0.0]).CalcRotationalInertia()
+    moments = at_axis.CopyToFullMatrix3()
+    com = plant.CalcCenterOfMassPositionInWorld(context, instances)
+    in_plane, out_of_plane = frame_fundamentals(parameters)
+    return RacketProperties(
+        mass=plant.CalcTotalMass(context, instances),
+        balance=float(com[0]),
+        swingweight=float(moments[1, 1]),
+        twistweight=float(moments[0, 0]),
+        spinweight=float(moments[2, 2]),
+        in_plane_frequency=in_plane,
+        out_of_plane_frequency=out_of_plane,
+    )
+
+
+def frame_fundamentals(
+    parameters: RacketParameters, *, strung: bool = False
+) -> tuple[float, float]:
+    """Undamped frequencies (Hz) of in-plane and out-of-plane bending of the free racket.
+
+    Drake linearises the plant at rest, the joint's damping left out; the frequency of each mode is
+    |eigenvalue| / 2 pi, and the joint rate that its eigenvector holds most of tells the plane.
+    `strung` adds the nine masses, but not the strings' stiffness.
+    """
+    plant = MultibodyPlant(0.0)
+    racket = add_racket(plant, parameters, strung=strung)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    racket.bushing.SetTorqueDampingConstants(context, [0.0, 0.0, 0.0])
+    matrix = _state_matrix(plant, context)
+    values, vectors = np.linalg.eig(matrix)
+    frequencies = []
+    for joint in (racket.in_plane, racket.out_of_plane):
+        row = np.abs(vectors[plant.num_positions() + joint.velocity_start()])
+        row = np.where(np.abs(values.imag) > 1.0, row, 0.0)
+        frequencies.append(float(np.abs(values[int(np.argmax(row))])) / (2.0 * np.pi))
+    return frequencies[0], frequencies[1]
+
+
+def _state_matrix(plant: MultibodyPlant, context: Context) -> NDArray[np.float64]:
+    """d(xdot)/dx at a resting state without inputs."""
+    system = Linearize(plant, context, InputPortSelection.kNoInput, OutputPortSelection.kNoOutput)
+    return system.A()  # type: ignore[no-any-return]

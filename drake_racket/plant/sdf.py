@@ -1,0 +1,216 @@
+"""SDF of a racket and of a ball, written from their parameter files.
+
+The files under sdf/ are this module's output for the shipped parameters (`make sdf` writes them
+again; a test compares), and `add_racket` parses the same
+text, so that the numbers in SDF and YAML are one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pydrake.math import RotationMatrix
+from pydrake.multibody.tree import RotationalInertia, SpatialInertia
+
+from drake_racket.io.files import write_text
+from drake_racket.io.shipped import sdf_directory
+from drake_racket.limbs.upper_limb_sdf import shipped_limb_models
+from drake_racket.parameters.racket import (
+    RACKETS,
+    BallParameters,
+    Part,
+    RacketParameters,
+    load_ball,
+    load_racket,
+)
+
+
+@dataclass(frozen=True)
+class LinkInertia:
+    """What SDF says of a link's inertia; `spatial` is the same for a Context.
+
+    mass (kg); com (m), the centre of mass along the link's x; moments (kg m^2) about it, along x, y
+    and z.
+    """
+
+    mass: float
+    com: float
+    moments: tuple[float, float, float]
+
+    def spatial(self) -> SpatialInertia:
+        """M_LLo_L as Drake's parser makes it of the SDF, to the last bit.
+
+        Raises:
+            RuntimeError: Drake does not take it for a body's inertia.
+
+        """
+        moments = RotationalInertia(*self.moments).ReExpress(RotationMatrix())
+        return SpatialInertia.MakeFromCentralInertia(self.mass, [self.com, 0.0, 0.0], moments)
+
+
+def part_inertia(part: Part) -> LinkInertia:
+    """Of the handle or the head."""
+    moments = part.moi_longitudinal.value, part.moi_transverse.value, part.moi_frontal.value
+    return LinkInertia(part.mass.value, part.com.value, moments)
+
+
+def string_inertia(racket: RacketParameters) -> LinkInertia:
+    """Of one of the nine string masses."""
+    return LinkInertia(racket.string_bed.mass.value / 9.0, 0.0, (0.0, 0.0, 0.0))
+
+
+def ball_inertia(ball: BallParameters) -> LinkInertia:
+    """Of the ball; see `ball_sdf`."""
+    mass, radius = ball.mass.value, ball.radius.value
+    moment = 2.0 / 3.0 * mass * radius * radius
+    return LinkInertia(mass, 0.0, (moment, moment, moment))
+
+
+_OPEN = '<?xml version="1.0"?>\n<sdf xmlns:drake="drake.mit.edu" version="1.9">\n'
+
+
+def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: bool = True) -> str:
+    """SDF text of one racket: handle, throat link, head, bushing, and string masses if `strung`.
+
+    The model frame is R (butt, x to the tip, z normal to the strings). Links `handle` and `head`
+    have their origins at the butt and at the throat joint; all axes agree in the rest pose.
+    """
+    throat = racket.handle.length.value
+    bed = racket.string_bed
+    stiffness_z, damping_z = racket.throat_joint.in_plane()
+    stiffness_y, damping_y = racket.throat_joint.out_of_plane()
+    lines = [
+        f'  <model name="{name or racket.name}">',
+        *_link("handle", racket.handle),
+        "    <!-- massless, between the two revolute joints: first about z, then about y -->",
+        *_massless_link("throat_link", "handle", throat),
+        *_link(
+            "head", racket.head, f'      <pose relative_to="handle">{throat!r} 0 0 0 0 0</pose>'
+        ),
+        *_joint("in_plane", "revolute", "handle", "throat_link", "0 0 1"),
+        *_joint("out_of_plane", "revolute", "throat_link", "head", "0 1 0"),
+        *_frame("butt", "handle", 0.0),
+        *_frame("grip", "handle", racket.landmarks.grip.value),
+        *_frame("accelerometer", "handle", racket.landmarks.accelerometer.value),
+        *_frame("throat", "head", 0.0),
+        *_frame("throat_handle", "handle", throat),
+        *_frame("gsc", "head", bed.gsc.value),
+        *_frame("tip", "head", racket.head.length.value),
+        "    <drake:linear_bushing_rpy>",
+        "      <drake:bushing_frameA>throat_handle</drake:bushing_frameA>",
+        "      <drake:bushing_frameC>throat</drake:bushing_frameC>",
+        "      <!-- roll, pitch (out-of-plane bending), yaw (in-plane bending) -->",
+        _bushing("torque_stiffness", f"0 {stiffness_y!r} {stiffness_z!r}"),
+        _bushing("torque_damping", f"0 {damping_y!r} {damping_z!r}"),
+        _bushing("force_stiffness", "0 0 0"),
+        _bushing("force_damping", "0 0 0"),
+        "    </drake:linear_bushing_rpy>",
+    ]
+    if strung:
+        lines += _string_masses(racket)
+    return _OPEN + "\n".join([*lines, "  </model>", "</sdf>", ""])
+
+
+def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
+    """SDF text of the ball: one free body.
+
+    The contact force goes through its centre: it moves as the point mass of the paper, and keeps
+    what spin it is given. Drake needs a rotational inertia; a thin shell's, 2/3 m r^2, is given.
+    """
+    body = [
+        f'  <model name="{name or ball.name}">',
+        '    <link name="ball">',
+        *_inertial(ball_inertia(ball)),
+        "    </link>",
+        "  </model>",
+        "</sdf>",
+        "",
+    ]
+    return _OPEN + "\n".join(body)
+
+
+def _string_masses(racket: RacketParameters) -> list[str]:
+    inertia = string_inertia(racket)
+    lines = ["    <!-- string-bed points 1-9, each free along the normal of the string plane -->"]
+    for i in range(1, 10):
+        x, y = racket.point_in_head(i)
+        pose = f"{x!r} {y!r} 0 0 0 0"
+        lines += [
+            f'    <link name="string_{i}">',
+            f'      <pose relative_to="head">{pose}</pose>',
+            *_inertial(inertia),
+            "    </link>",
+            *_joint(f"string_joint_{i}", "prismatic", "head", f"string_{i}", "0 0 1"),
+        ]
+    return lines
+
+
+def _link(name: str, part: Part, pose: str | None = None) -> list[str]:
+    return [
+        f'    <link name="{name}">',
+        *([pose] if pose else []),
+        *_inertial(part_inertia(part)),
+        "    </link>",
+    ]
+
+
+def _massless_link(name: str, parent: str, x: float) -> list[str]:
+    return [
+        f'    <link name="{name}">',
+        f'      <pose relative_to="{parent}">{x!r} 0 0 0 0 0</pose>',
+        *_inertial(LinkInertia(0.0, 0.0, (0.0, 0.0, 0.0))),
+        "    </link>",
+    ]
+
+
+def _inertial(inertia: LinkInertia) -> list[str]:
+    """Every element of the inertia is written: a missing one would silently become 1 kg m^2."""
+    ixx, iyy, izz = inertia.moments
+    return [
+        "      <inertial>",
+        f"        <pose>{inertia.com!r} 0 0 0 0 0</pose>",
+        f"        <mass>{inertia.mass!r}</mass>",
+        f"        <inertia><ixx>{ixx!r}</ixx><iyy>{iyy!r}</iyy><izz>{izz!r}</izz>"
+        "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia>",
+        "      </inertial>",
+    ]
+
+
+def _joint(name: str, kind: str, parent: str, child: str, axis: str) -> list[str]:
+    """An effort limit of 0 keeps Drake from adding an actuator."""
+    return [
+        f'    <joint name="{name}" type="{kind}">',
+        f"      <parent>{parent}</parent>",
+        f"      <child>{child}</child>",
+        f"      <axis><xyz>{axis}</xyz><limit><effort>0</effort></limit></axis>",
+        "    </joint>",
+    ]
+
+
+def _frame(name: str, link: str, x: float) -> list[str]:
+    return [
+        f'    <frame name="{name}" attached_to="{link}">',
+        f'      <pose relative_to="{link}">{x!r} 0 0 0 0 0</pose>',
+        "    </frame>",
+    ]
+
+
+def _bushing(name: str, values: str) -> str:
+    return f"      <drake:bushing_{name}>{values}</drake:bushing_{name}>"
+
+
+def shipped_models() -> dict[str, str]:
+    """File name -> text of the models under sdf/.
+
+    A racket has one frame and one grid whatever its tension, so it has one model. The upper limb
+    has a right and a left one.
+    """
+    models = {f"racket_{r}.sdf": racket_sdf(load_racket(r), f"racket_{r}") for r in RACKETS}
+    models["ball.sdf"] = ball_sdf(load_ball(), "ball")
+    return models | shipped_limb_models()
+
+
+def write_shipped_models() -> None:
+    """Writes the shipped models."""
+    for name, text in shipped_models().items():
+        write_text(text, sdf_directory() / name)

@@ -1,0 +1,1 @@
+"""The LeafSystems: string-bed, ball contact, load on the hand."""

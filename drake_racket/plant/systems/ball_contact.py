@@ -1,0 +1,380 @@
+"""The LeafSystem of the ball contact: phases, events, forces. `contact` has the law."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.math import SpatialForce_
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.framework import (
+    BasicVector_,
+    EventStatus,
+    LeafSystem_,
+    UnrestrictedUpdateEvent_,
+    WitnessFunctionDirection,
+)
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_racket.laws.contact import (
+    COMPILED_CONTACT,
+    COMPILED_MOTION,
+    CONTACT,
+    FREE,
+    PASSED,
+    contact_forces,
+    contact_powers,
+    relative_motion,
+)
+from drake_racket.laws.phases import (
+    AT_BALL,
+    CB,
+    CONSTANTS,
+    DISCRETE_SIZE,
+    KB,
+    LEAD,
+    PHASE,
+    POINT,
+    POWER,
+    RATE,
+    RELEASE,
+    SEEN,
+    SIZE,
+    TOUCH,
+    WEIGHT,
+    ContactBodies,
+    ContactModel,
+    late_touch_changes,
+    release_changes,
+    spread,
+    touch_changes,
+    value_of,
+)
+
+
+@TemplateSystem.define("BallContact_")
+def BallContact_(T: Any) -> Any:
+    """The ball contact as a LeafSystem on the scalar type T; `BallContact` is that on float."""
+    spatial_force = SpatialForce_[T]  # looked up once: it is called at every evaluation
+
+    class Impl(LeafSystem_[T]):
+        """Contact of one ball with the nine masses of one string-bed.
+
+        Input ports:
+            state: the plant's multibody state [q; v] (m, rad, m/s, rad/s).
+        Output ports:
+            spatial_forces: list of ExternallyAppliedSpatialForce on ball and string mass; empty
+                when not in contact (then the state is not looked at).
+            contact_state (9): phase; point in contact, or to be hit (1-9); compression x (m); its
+                rate (m/s); N (N); F_x, F_y on the ball (N) and sliding velocity v_x, v_y (m/s) in
+                the head's axes.
+            stored_energy (1): kb x^2 / 2 in contact (J).
+            power (6): lost in the ball's damper, lost to friction, gained from the couple (W); and
+                the force on the ball in the world (N), the rate of its impulse. The couple: with
+                the reaction at the string mass the two opposite forces act along different lines
+                once the ball has slid, which is work from nowhere. It is 0 with the reaction at
+                the ball.
+        Numeric parameters:
+            0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth.
+            1 friction: mu at points 1-9 (1).
+            2 scales: s_v (m/s), s_d (m).
+            3 choices: point (1-9, 0 nearest at touch); friction reading (0 velocity, 1
+              displacement); reaction (0 at the string mass, 1 at the ball).
+        Discrete state (15; 29 on a discrete plant), latched at touch: phase, point, normal
+            approach speed at first touch (m/s), kb, cb, mu, tangential offset x, y (m), scale,
+            friction reading, reaction, time of first touch, time of last release (s), energy
+            kb x^2/2 given up at releases (J), number of touches.
+        Events: touch, release and leaving are witness functions on a continuous plant, and checked
+            at every update of a discrete one, whatever steps a Simulator takes in between. A run
+            may start at touch.
+        Discrete plant: its steps of h leave the velocities half a step behind the positions, and
+            see a touch up to h late. The contact makes up for both, and is of second order: it
+            takes its relative velocity forward by half of the last step's change, and the first
+            force, which acts from the touch (x / x' ago) to the middle of the next step, counts
+            1/2 + x / (x' h) times. Fourteen more discrete states hold that weight, the relative
+            velocity as seen and what is added to it (m/s, in the head), the time of both, and the
+            power. The plant may take its step before or together with this system's update (that
+            differs between its settings): outputs look at the state as the update of the instant
+            leaves it. Not so the power: it is that of the force which acts over the step, and
+            holds until the next update, so that its impulse is what the plant's ball receives.
+        Equations: `contact`. Source: Glynn et al. 2011.
+        """
+
+        BALL, FRICTION, SCALES, CHOICES = range(4)
+
+        def _construct(
+            self, model: ContactModel, at: ContactBodies, plant: Any, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter)
+            self.model, self.at, self.plant = model, at, plant
+            self.discrete = plant.time_step() > 0.0
+            self._scratch = plant.CreateDefaultContext()
+            self._ball = plant.get_body(BodyIndex(at.ball))
+            self._strings = [plant.get_body(BodyIndex(i)) for i in at.strings]
+            self._law: Any = COMPILED_CONTACT if T is float else contact_forces
+            self._relative: Any = COMPILED_MOTION if T is float else relative_motion
+            choices = (model.point, model.by_displacement, model.reaction_at_ball)
+            for values in (model.ball, model.friction, model.scales, choices):
+                self.DeclareNumericParameter(
+                    BasicVector_[T](np.array([T(float(x)) for x in values]))
+                )
+            initial = np.array([T(0.0)] * (DISCRETE_SIZE if self.discrete else SIZE))
+            initial[TOUCH] = initial[RELEASE] = T(float("nan"))
+            if self.discrete:
+                initial[SEEN] = T(float("nan"))
+            self.DeclareDiscreteState(BasicVector_[T](initial))
+            self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
+            self._declare_outputs()
+            self._declare_events()
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            plant = other.plant.ToScalarType[T]()
+            Impl._construct(self, other.model, other.at, plant, converter=converter)
+
+        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+            """No continuous state. Stated because Drake 1.58 takes 4 us to find no override."""
+
+        # ---- forces and outputs
+
+        def _declare_outputs(self) -> None:
+            needs = {self._state.ticket(), self.xd_ticket()}
+            if self.discrete:
+                needs |= {self.time_ticket(), self.all_parameters_ticket()}
+            force = ExternallyAppliedSpatialForce_[T]
+            self._on_ball, self._on_string = force(), force()
+            self._on_ball.body_index = BodyIndex(self.at.ball)
+            self._on_ball.p_BoBq_B = np.array([T(0.0)] * 3)  # Drake leaves it unset
+            self._string_index = [BodyIndex(i) for i in self.at.strings]
+            self._no_power = np.array([T(0.0)] * 6)
+            self.DeclareAbstractOutputPort(
+                "spatial_forces",
+                lambda: AbstractValue.Make([force()]),
+                self._calc_spatial_forces,
+                prerequisites_of_calc=needs,
+            )
+            # before contact, the state names the next point, which is a parameter
+            all_needs = needs | {self.all_parameters_ticket()}
+            for name, size, calc in (
+                ("contact_state", 9, self._calc_contact_state),
+                ("stored_energy", 1, self._calc_stored_energy),
+                ("power", 6, self._calc_power),
+            ):
+                self.DeclareVectorOutputPort(name, size, calc, prerequisites_of_calc=all_needs)
+
+        def _motion(self, context: Any, point: int) -> Any:
+            """X_WS, X_WQ, V_WS, V_WQ as arrays, for the string mass of `point` and the ball.
+
+            From the state in a Context of this system's own: for two bodies that is less work
+            than the plant's ports, which hand all bodies over to Python.
+            """
+            scratch, mass, ball = self._scratch, self._strings[point - 1], self._ball
+            self.plant.SetPositionsAndVelocities(scratch, self._state.Eval(context))
+            return (
+                mass.EvalPoseInWorld(scratch).GetAsMatrix34(),
+                ball.EvalPoseInWorld(scratch).GetAsMatrix34(),
+                mass.EvalSpatialVelocityInWorld(scratch).get_coeffs(),
+                ball.EvalSpatialVelocityInWorld(scratch).get_coeffs(),
+            )
+
+        def _contact_motion(self, context: Any, state: Any) -> Any:
+            """The motion of `_motion` while in contact; on a discrete plant, brought up to time."""
+            motion = self._motion(context, round(value_of(state[POINT])))
+            return self._led(motion, state[LEAD]) if self.discrete else motion
+
+        def _led(self, motion: Any, lead: Any) -> Any:
+            """`motion` with `lead` (m/s, in the head) added to the ball's velocity."""
+            x_s, x_q, v_s, v_q = motion
+            return x_s, x_q, v_s, v_q + np.concatenate([0.0 * lead, x_s[:, :3] @ lead])
+
+        def _latched(self, context: Any) -> Any:
+            """The discrete state; on a discrete plant, as the update of this instant leaves it."""
+            state = context.get_discrete_state_vector().CopyToVector()
+            if self.discrete and not self._since_update(context, state) < 1.0 - 1e-6:
+                self._write(self._changes(context, state), state)
+            return state
+
+        def _since_update(self, context: Any, state: Any) -> float:
+            """Time since the last update in steps of a discrete plant; inf before the first one."""
+            since = value_of(context.get_time()) - value_of(state[SEEN])
+            return since / self.plant.time_step() if since >= 0.0 else math.inf
+
+        def _write(self, changes: dict[int, Any], target: Any) -> None:
+            for index, number in changes.items():
+                target[index] = number if isinstance(number, T) else T(number)
+
+        def _calc_spatial_forces(self, context: Any, output: Any) -> None:
+            state = self._latched(context)
+            if state[PHASE] != CONTACT:
+                output.set_value([])
+                return
+            point = round(value_of(state[POINT]))
+            on_ball, on_string = self._on_ball, self._on_string
+            motion = self._contact_motion(context, state)
+            ball, string, p, _, _ = self._law(*motion, state[CONSTANTS])
+            if self.discrete:
+                ball, string = state[WEIGHT] * ball, state[WEIGHT] * string
+            on_ball.F_Bq_W = spatial_force(ball)
+            on_string.F_Bq_W = spatial_force(string)
+            on_string.body_index = self._string_index[point - 1]
+            on_string.p_BoBq_B = p if state[AT_BALL] > 0.5 else 0.0 * p
+            output.set_value([on_ball, on_string])
+
+        def _calc_contact_state(self, context: Any, output: Any) -> None:
+            state = self._latched(context)
+            if state[PHASE] == CONTACT:
+                point = round(value_of(state[POINT]))
+                motion = self._contact_motion(context, state)
+                _, _, p, v, (fx, fy, normal, _) = self._law(*motion, state[CONSTANTS])
+            else:
+                point, p, v = self._next_point(context)
+                fx = fy = normal = T(0.0)
+            output.SetFromVector(
+                np.array([state[PHASE], T(point), -p[2], -v[2], normal, fx, fy, v[0], v[1]])
+            )
+
+        def _calc_stored_energy(self, context: Any, output: Any) -> None:
+            state = self._latched(context)
+            output[0] = T(0.0)
+            if state[PHASE] == CONTACT:
+                motion = self._motion(context, round(value_of(state[POINT])))
+                p, _ = self._relative(*motion)
+                output[0] = 0.5 * state[KB] * p[2] * p[2]
+
+        def _calc_power(self, context: Any, output: Any) -> None:
+            state = context.get_discrete_state_vector().CopyToVector()
+            if state[PHASE] != CONTACT:
+                output.SetFromVector(self._no_power)
+            elif self.discrete:
+                output.SetFromVector(state[POWER])
+            else:
+                motion = self._contact_motion(context, state)
+                law = self._law(*motion, state[CONSTANTS])
+                output.SetFromVector(self._powers(motion, law, state))
+
+        def _powers(self, motion: Any, law: Any, state: Any) -> Any:
+            """The output `power`, from a motion and what the law says of it."""
+            on_ball, _, p, v, force = law
+            w = motion[2][:3] @ motion[0][:, :3]
+            lost_ball, lost_friction, couple = contact_powers(p, v, force, state[CB], w)
+            if state[AT_BALL] > 0.5:
+                couple = 0.0 * couple
+            return np.array([lost_ball, lost_friction, couple, *on_ball[3:]])
+
+        # ---- touch, release, leaving
+
+        def _declare_events(self) -> None:
+            self.DeclareInitializationUnrestrictedUpdateEvent(self._update)
+            if self.discrete:
+                # not at every step of a Simulator, which may be shorter than the plant's
+                step = self.plant.time_step()
+                self.DeclarePeriodicUnrestrictedUpdateEvent(step, 0.0, self._update)
+                return
+            event = UnrestrictedUpdateEvent_[T](system_callback=_dispatch_update)
+            falling = WitnessFunctionDirection.kPositiveThenNonPositive
+            self._witnesses = {
+                FREE: self.MakeWitnessFunction("touch", falling, self._gap, event),
+                CONTACT: self.MakeWitnessFunction("release", falling, self._raw_normal, event),
+                PASSED: self.MakeWitnessFunction("leaving", falling, self._compression, event),
+            }
+
+        def DoGetWitnessFunctions(self, context: Any) -> list[Any]:
+            if self.discrete:
+                return []
+            return [self._witnesses[value_of(context.get_discrete_state_vector()[PHASE])]]
+
+        def _next_point(self, context: Any) -> Any:
+            """The point to be hit (given, or nearest now), with p and v of the ball about it."""
+            choices = context.get_numeric_parameter(self.CHOICES)
+            point = round(value_of(choices[0]))
+            if point == 0:
+                p, _ = self._relative(*self._motion(context, 5))
+                at = np.array([value_of(p[0]), value_of(p[1])])
+                point = 1 + int(np.argmin(np.sum((self.model.grid - at) ** 2, axis=1)))
+            return point, *self._relative(*self._motion(context, point))
+
+        def _gap(self, context: Any) -> Any:
+            return self._next_point(context)[1][2]
+
+        def _compression(self, context: Any) -> Any:
+            return -self._gap(context)
+
+        def _raw_normal(self, context: Any) -> Any:
+            state = context.get_discrete_state_vector().CopyToVector()
+            return self._law(*self._contact_motion(context, state), state[CONSTANTS])[4][3]
+
+        def _update(self, context: Any, new: Any) -> EventStatus:
+            """Goes to the phase that the present state asks for."""
+            state = context.get_discrete_state_vector().CopyToVector()
+            changes = self._changes(context, state)
+            self._write(changes, new.get_mutable_discrete_state().get_mutable_vector())
+            return EventStatus.Succeeded() if changes else EventStatus.DidNothing()
+
+        def _changes(self, context: Any, state: Any) -> dict[int, Any]:
+            """What this instant changes in `state`: index -> value."""
+            phase = value_of(state[PHASE])
+            changes: dict[int, Any] = {}
+            if phase == CONTACT and self.discrete:
+                if self._since_update(context, state) == 0.0:
+                    return {}  # a run that starts at touch: the first update is of that instant
+                changes = self._step_in_contact(context, state)
+            elif phase == CONTACT and value_of(self._raw_normal(context)) <= 0.0:
+                changes = self._release(context, state)
+            if phase != CONTACT:
+                point, p, v = self._next_point(context)
+                gap = value_of(p[2])
+                if phase == PASSED and gap >= 0.0:
+                    changes = {PHASE: FREE}
+                elif (
+                    phase == FREE and gap <= 0.0 and value_of(v[2]) < 0.0 and self._inside(point, p)
+                ):
+                    changes = self._touch(context, state, point, p, v)
+                elif phase == FREE and gap < 0.0:
+                    changes = {PHASE: PASSED}
+            return changes | {SEEN: context.get_time()} if self.discrete else changes
+
+        def _inside(self, point: int, p: Any) -> bool:
+            x, y = self.model.grid[point - 1] + np.array([value_of(p[0]), value_of(p[1])])
+            a, b = self.model.rim
+            return bool((x / a) ** 2 + (y / b) ** 2 < 1.0)
+
+        def _touch(self, context: Any, state: Any, point: int, p: Any, v: Any) -> dict[int, Any]:
+            parameters = [
+                context.get_numeric_parameter(i).CopyToVector()
+                for i in (self.BALL, self.FRICTION, self.SCALES, self.CHOICES)
+            ]
+            changes = touch_changes(state, point, p, v, context.get_time(), parameters)
+            if self.discrete:
+                self._write(changes, state)
+                late = late_touch_changes(p, v, self.plant.time_step())
+                motion = self._motion(context, point)
+                power = self._powers(motion, self._law(*motion, state[CONSTANTS]), state)
+                changes |= late | spread(POWER, late[WEIGHT] * power)
+            return changes
+
+        def _step_in_contact(self, context: Any, state: Any) -> dict[int, Any]:
+            """At the start of a discrete step: the lead of its velocity, or release."""
+            motion = self._motion(context, round(value_of(state[POINT])))
+            _, v = self._relative(*motion)
+            lead = 0.5 * (np.array(v) - state[RATE])
+            led = self._led(motion, lead)
+            law = self._law(*led, state[CONSTANTS])
+            if value_of(law[4][3]) <= 0.0:
+                return self._release(context, state)
+            power = self._powers(led, law, state)
+            return {WEIGHT: 1.0} | spread(RATE, v) | spread(LEAD, lead) | spread(POWER, power)
+
+        def _release(self, context: Any, state: Any) -> dict[int, Any]:
+            p, _ = self._relative(*self._motion(context, round(value_of(state[POINT]))))
+            return release_changes(state, p, context.get_time())
+
+    return Impl
+
+
+BallContact = BallContact_[float]
+
+
+def _dispatch_update(system: Any, context: Any, event: Any, state: Any) -> Any:
+    return system._update(context, state)

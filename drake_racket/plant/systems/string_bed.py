@@ -1,0 +1,178 @@
+"""The LeafSystem of the string-bed, and its numbers. `strings` has topology and law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector_, LeafSystem_, ValueProducer
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_racket.laws.compilation import HAS_NUMBA, compiled
+from drake_racket.laws.strings import (
+    add_generalized_forces,
+    dissipated_power,
+    generalized_forces,
+    stored_energy,
+    tensions,
+)
+
+
+@dataclass(frozen=True)
+class StringBedModel:
+    """The numbers of a string-bed, ready for the system below.
+
+    Attributes:
+        stiffness: k1.. (N/m).  rim_factors: p1.. (1).
+        stiffness_index, rim_factor_index: (24,) 0-based; a rim factor index of -1 means none.
+        initial_tension: T0 (N).  damping: c (N s/m).
+        lengths: (24,) rest lengths (m).
+
+    """
+
+    stiffness: NDArray[np.float64]
+    rim_factors: NDArray[np.float64]
+    stiffness_index: NDArray[np.int64]
+    rim_factor_index: NDArray[np.int64]
+    initial_tension: float
+    damping: float
+    lengths: NDArray[np.float64]
+
+
+def spring_constants(model: StringBedModel) -> NDArray[np.float64]:
+    """The (4, 24) constants of the law (see `strings.tensions`) of a string-bed's numbers."""
+    k, p = np.asarray(model.stiffness, dtype=float), np.asarray(model.rim_factors, dtype=float)
+    constants: NDArray[np.float64] = _resolve(
+        model, k, p, [model.initial_tension], [model.damping], model.lengths
+    )
+    return constants
+
+
+def _resolve(model: StringBedModel, k: Any, p: Any, t0: Any, c: Any, length0: Any) -> Any:
+    """Named parameters into the constants of the law; T0 and c as arrays of one."""
+    factors = np.append(p, 1.0 + 0.0 * k[0])  # index -1: a spring without a rim factor
+    stiffness = k[model.stiffness_index] * factors[model.rim_factor_index]
+    slack = t0[0] - stiffness * length0  # tension that a spring would have at no length
+    return np.stack([stiffness, slack, length0 * length0, np.array([c[0]] * 24)])
+
+
+@dataclass(frozen=True)
+class StringCoordinates:
+    """Where the nine string joints sit in the plant's state vector [q; v]."""
+
+    positions: NDArray[np.int64]  # (9,) indices into q
+    velocities: NDArray[np.int64]  # (9,) indices into v
+    num_positions: int
+    num_velocities: int
+
+
+_COMPILED = compiled(add_generalized_forces) if HAS_NUMBA else None
+
+
+@TemplateSystem.define("StringBed_")
+def StringBed_(T: Any) -> Any:
+    """The string-bed as a LeafSystem. See `StringBed` for ports and parameters."""
+
+    class Impl(LeafSystem_[T]):
+        """Springs of one string-bed, as generalized forces on its plant.
+
+        Input ports:
+            state: the plant's multibody state [q; v] (m, rad, m/s, rad/s).
+        Output ports:
+            generalized_force (nv): forces on the string joints (N), zero elsewhere.
+            tensions (24): N, in the order of SPRING_NAMES.
+            deflections (9): m, of the masses along the head's z.
+            energy (2): stored energy (J), power lost in string damping (W).
+        Numeric parameters:
+            0 stiffness k1.. (N/m); 1 rim_factors p1.. (1); 2 initial_tension T0 (N);
+            3 damping c (N s/m); 4 lengths (24) L0 (m).
+        Equations: `strings`. Source: Glynn et al. 2011.
+        """
+
+        STIFFNESS, RIM_FACTORS, INITIAL_TENSION, DAMPING, LENGTHS = range(5)
+
+        def _construct(
+            self, model: StringBedModel, at: StringCoordinates, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter)
+            self.model = model
+            self.at = at
+            self._rows = at.positions, at.num_positions + at.velocities, at.velocities
+            self._q, self._v, self._out = map(_as_slice, self._rows)
+            self._force = np.array([T(0.0)] * at.num_velocities)  # 0 but for the masses
+            for values in (
+                model.stiffness,
+                model.rim_factors,
+                [model.initial_tension],
+                [model.damping],
+                model.lengths,
+            ):
+                self.DeclareNumericParameter(BasicVector_[T](np.array([T(x) for x in values])))
+            self._springs = self.DeclareCacheEntry(
+                description="spring constants",
+                value_producer=ValueProducer(allocate=Value[object], calc=self._calc_springs),
+                prerequisites_of_calc={self.all_parameters_ticket()},
+            )
+            size = at.num_positions + at.num_velocities
+            self._state = self.DeclareVectorInputPort("state", size)
+            needs = {self._state.ticket(), self.all_parameters_ticket()}
+            for name, count, calc in (
+                ("generalized_force", at.num_velocities, self._calc_force),
+                ("tensions", 24, self._calc_tensions),
+                ("deflections", 9, self._calc_deflections),
+                ("energy", 2, self._calc_energy),
+            ):
+                self.DeclareVectorOutputPort(name, count, calc, prerequisites_of_calc=needs)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(self, other.model, other.at, converter=converter)
+
+        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+            """No continuous state. Stated because Drake 1.58 takes 4 us to find no override."""
+
+        def _calc_springs(self, context: Any, value: Any) -> None:
+            """Resolves the named parameters into the (4, 24) constants of the law."""
+            k, p, t0, c, length0 = (
+                context.get_numeric_parameter(i).CopyToVector() for i in range(5)
+            )
+            value.set_value(_resolve(self.model, k, p, t0, c, length0))
+
+        def _calc_force(self, context: Any, output: Any) -> None:
+            state, springs = self._state.Eval(context), self._springs.Eval(context)
+            force = self._force
+            if T is float and _COMPILED is not None:
+                q, v, rows = self._rows
+                _COMPILED(state, q, v, springs, force, rows)
+            else:
+                force[self._out] = generalized_forces(state[self._q], state[self._v], springs)
+            output.SetFromVector(force)
+
+        def _calc_tensions(self, context: Any, output: Any) -> None:
+            state = self._state.Eval(context)
+            springs = self._springs.Eval(context)
+            output.SetFromVector(tensions(state[self._q], state[self._v], springs))
+
+        def _calc_deflections(self, context: Any, output: Any) -> None:
+            output.SetFromVector(self._state.Eval(context)[self._q])
+
+        def _calc_energy(self, context: Any, output: Any) -> None:
+            state = self._state.Eval(context)
+            springs = self._springs.Eval(context)
+            output[0] = stored_energy(state[self._q], springs)
+            output[1] = dissipated_power(state[self._q], state[self._v], springs)
+
+    return Impl
+
+
+StringBed = StringBed_[float]
+
+
+def _as_slice(indices: NDArray[np.int64]) -> Any:
+    """A slice if the indices run up in steps of one (a view is faster than a gather)."""
+    first = int(indices[0])
+    if np.array_equal(indices, np.arange(first, first + len(indices))):
+        return slice(first, first + len(indices))
+    return indices

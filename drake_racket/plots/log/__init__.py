@@ -1,0 +1,1 @@
+"""Figures from the time history of one impact."""

@@ -1,0 +1,102 @@
+"""The figures of one log (a time history), each with what it needs of the log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from drake_racket.io.errors import InputError
+from drake_racket.laws.strings import SPRING_NAMES
+from drake_racket.plots.log.contact_force import contact_force_figure
+from drake_racket.plots.log.energy import energy_figure
+from drake_racket.plots.log.loads import loads_figure
+from drake_racket.plots.log.string_map import string_map_figure
+from drake_racket.plots.log.vibration import vibration_figure
+from drake_racket.results.history import VARIABLE_DIMENSIONS, variable_attributes
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+_NEEDED = (
+    "in_contact",
+    "contact_point",
+    "compression",
+    "normal_force",
+    "friction_x",
+    "friction_y",
+    "string_deflection",
+    "string_tension",
+    "handle_acceleration",
+)
+
+_LABELS = {"axis": list("xyz"), "point": list(range(1, 10)), "spring": list(SPRING_NAMES)}
+
+
+class LogFigure(NamedTuple):
+    """One figure: its file's name, how to draw it, and what a log lacks for it ('' if nothing)."""
+
+    name: str
+    draw: Callable[[xarray.Dataset], Figure]
+    lacks: Callable[[xarray.Dataset], str]
+
+
+def check_log(history: xarray.Dataset, where: str) -> None:
+    """Refuses a Dataset that is not the history of an impact.
+
+    Raises:
+        InputError: a variable is missing, or has other dimensions or units.
+
+    """
+    for name in _NEEDED:
+        if name not in history.data_vars:
+            raise InputError(f"{where}: {name}", "nothing", "the history of an impact, with it")
+    for name in [str(n) for n in history.data_vars if n in VARIABLE_DIMENSIONS]:
+        variable, beside = history[name], VARIABLE_DIMENSIONS[name]
+        dimensions = ("time",) if beside is None else ("time", beside)
+        if variable.dims != dimensions:
+            raise InputError(f"{where}: {name}", variable.dims, f"the dimensions {dimensions}")
+        units = variable_attributes(name)["units"]
+        if variable.attrs.get("units") != units:
+            raise InputError(f"{where}: {name}", variable.attrs.get("units"), f"units {units}")
+    for dimension, labels in _LABELS.items():
+        if history[dimension].to_numpy().tolist() != labels:
+            raise InputError(f"{where}: {dimension}", history[dimension].to_numpy(), str(labels))
+
+
+def _no_contact(history: xarray.Dataset) -> str:
+    return "" if history["in_contact"].any() else "the ball did not touch the strings"
+
+
+def _no_strings(history: xarray.Dataset) -> str:
+    if "racket" not in history.attrs:
+        return "the log does not hold the racket's geometry (a CSV has no place for it)"
+    return _no_contact(history)
+
+
+def _no_energy(history: xarray.Dataset) -> str:
+    return "" if "energy" in history else "the log holds no energies (the run had no audit)"
+
+
+def _no_acceleration(history: xarray.Dataset) -> str:
+    acceleration = history["handle_acceleration"].to_numpy()
+    if not np.isfinite(acceleration).all():
+        return "the log holds no accelerations (a discrete plant has none)"
+    return "" if acceleration.any() else "the handle does not move in this log"
+
+
+def _no_loads(history: xarray.Dataset) -> str:
+    if "hand_force" in history or "joint_position" in history:
+        return ""
+    return "no hand holds the racket, or it is welded to it, in this log"
+
+
+LOG_FIGURES = (
+    LogFigure("contact_force", contact_force_figure, _no_contact),
+    LogFigure("string_map", string_map_figure, _no_strings),
+    LogFigure("energy", energy_figure, _no_energy),
+    LogFigure("vibration", vibration_figure, _no_acceleration),
+    LogFigure("loads", loads_figure, _no_loads),
+)

@@ -1,0 +1,1 @@
+"""The impact hammer on a freely suspended frame."""

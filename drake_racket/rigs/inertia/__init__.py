@@ -1,0 +1,1 @@
+"""Knife-edges, pendulum and table: the inertia bench."""

@@ -1,0 +1,375 @@
+"""Inertia bench: what a stopwatch, a rule and scales tell about a racket's inertia.
+
+Glynn et al. (2011) take the moments about the frontal (z) and transverse (y) axes from pendulum
+periods (Brody 1985), the moment about the longitudinal axis (x) from a torsional pendulum, and the
+centre of mass from two knife-edges, one of them on scales. These are the same sums as pure
+functions: floats in, floats out, SI units and radians. Places are measured along the racket from
+its butt end (or from the near end of a part). The simulated bench that feeds them is
+`inertia_bench_simulation`.
+
+Standard deviations are propagated to first order, sd(f)^2 = sum (df/dx_i)^2 sd(x_i)^2, for errors
+that are independent of each other; a standard deviation that is not given counts as zero. Mass and
+balance from the same two readings of the scales are not independent: `Weighing` has their
+covariance, and `pendulum_moments` takes it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from scipy.special import ellipk
+
+from drake_racket.io.errors import InputError
+from drake_racket.plant.properties import SWINGWEIGHT_AXIS
+from drake_racket.rigs.input_checks import (
+    check_finite,
+    check_not_negative,
+    check_positive,
+    check_result,
+)
+
+STANDARD_GRAVITY = 9.80665
+"""m/s^2, the standard value (3rd CGPM, 1901); pass the local one, it varies by 0.5 %."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A number and its standard deviation, in the same unit."""
+
+    value: float
+    sd: float = 0.0
+
+
+@dataclass(frozen=True)
+class PendulumMoments:
+    """Moments of inertia (kg m^2) about a pendulum's pivot and about the parallel central axis."""
+
+    about_pivot: Measured
+    about_com: Measured
+
+
+def pendulum_moments(
+    period: float,
+    mass: float,
+    distance: float,
+    *,
+    amplitude: float = 0.0,
+    gravity: float = STANDARD_GRAVITY,
+    period_sd: float = 0.0,
+    mass_sd: float = 0.0,
+    distance_sd: float = 0.0,
+    mass_distance_covariance: float = 0.0,
+) -> PendulumMoments:
+    """Moments of inertia from the period of a body that swings about a fixed horizontal axis.
+
+        I_pivot = m g d (T / 4 K(k))^2,   k = sin(amplitude / 2),   I_com = I_pivot - m d^2
+
+    with the complete elliptic integral K, exact for every amplitude: K(0) = pi/2 gives the usual
+    (T / 2 pi)^2. A 10 degree amplitude taken for a small one overstates I_pivot by 0.38 %.
+
+    Args:
+        period: s, of one full swing (there and back).
+        mass: kg.  distance: m, from the pivot's axis to the centre of mass.
+        amplitude: rad, greatest angle from the vertical, below pi; 0 takes the small-angle limit.
+        gravity: m/s^2.
+        period_sd, mass_sd, distance_sd: standard deviations.
+        mass_distance_covariance: kg m, at most the product of both deviations.
+
+    Raises:
+        InputError: a value is not finite or out of range, or the period is below that of a point
+            mass at this distance, which no body can have.
+
+    """
+    check_positive(period=period, mass=mass, distance=distance, gravity=gravity)
+    check_not_negative(amplitude=amplitude)
+    if not amplitude < math.pi:
+        raise InputError("amplitude", amplitude, "0 to below pi, radians")
+    check_not_negative(period_sd=period_sd, mass_sd=mass_sd, distance_sd=distance_sd)
+    common = _correlation(mass_distance_covariance, mass_sd, distance_sd)
+    quarter = float(ellipk(math.sin(0.5 * amplitude) ** 2))
+    time = period / (4.0 * quarter)
+    about_pivot = mass * gravity * distance * time * time
+    about_com = about_pivot - mass * distance * distance
+    if not about_com > 0.0:
+        least = 4.0 * quarter * math.sqrt(distance / gravity)
+        raise InputError("period", period, f"more than {least:.6g} s, a point mass's at this place")
+    by_period = 2.0 * about_pivot / period * period_sd
+    by_mass, by_distance = mass_sd / mass, about_pivot / distance * distance_sd
+    # both terms of I_com depend on the distance, and partly cancel
+    central = (about_pivot / distance - 2.0 * mass * distance) * distance_sd
+    return PendulumMoments(
+        about_pivot=_measured(
+            about_pivot, by_period, *_correlated(about_pivot * by_mass, by_distance, common)
+        ),
+        about_com=_measured(
+            about_com, by_period, *_correlated(about_com * by_mass, central, common)
+        ),
+    )
+
+
+def torsional_moment(
+    period: float,
+    torsion_constant: float,
+    *,
+    empty_period: float = 0.0,
+    period_sd: float = 0.0,
+    torsion_constant_sd: float = 0.0,
+    empty_period_sd: float = 0.0,
+) -> Measured:
+    """Moment of inertia (kg m^2) about the axis of a torsional pendulum.
+
+        I = kappa (T^2 - T_empty^2) / 4 pi^2
+
+    Exact for every amplitude at which the spring is linear. Without `empty_period` the platform
+    counts as massless. Twistweight is this moment about the racket's long axis.
+
+    Args:
+        period, empty_period: s, with the body and with the platform and its clamps alone.
+        torsion_constant: kappa, N m/rad; see `torsion_constant`.
+
+    Raises:
+        InputError: a value is not finite or out of range, or the empty period is not the shorter.
+
+    """
+    check_positive(period=period, torsion_constant=torsion_constant)
+    _check_periods(period, empty_period)
+    check_not_negative(
+        period_sd=period_sd,
+        torsion_constant_sd=torsion_constant_sd,
+        empty_period_sd=empty_period_sd,
+    )
+    scale = torsion_constant / (4.0 * math.pi**2)
+    moment = scale * (period - empty_period) * (period + empty_period)
+    return _measured(
+        moment,
+        2.0 * scale * period * period_sd,
+        moment / torsion_constant * torsion_constant_sd,
+        2.0 * scale * empty_period * empty_period_sd,
+    )
+
+
+def torsion_constant(period: float, known_moment: float, *, empty_period: float = 0.0) -> float:
+    """Torsion constant (N m/rad) of a pendulum, from a body of known moment of inertia on it.
+
+        kappa = 4 pi^2 I_known / (T^2 - T_empty^2)
+
+    Raises:
+        InputError: a value is not finite or out of range, or the empty period is not the shorter.
+
+    """
+    check_positive(period=period, known_moment=known_moment)
+    _check_periods(period, empty_period)
+    squares = (period - empty_period) * (period + empty_period)
+    if not squares > 0.0:
+        raise InputError("period", period, "a period whose square is a number above 0")
+    constant = 4.0 * math.pi**2 * known_moment / squares
+    check_result("period, known_moment", constant)
+    return constant
+
+
+def bifilar_moment(
+    period: float,
+    mass: float,
+    separation: float,
+    length: float,
+    *,
+    gravity: float = STANDARD_GRAVITY,
+    period_sd: float = 0.0,
+    mass_sd: float = 0.0,
+    separation_sd: float = 0.0,
+    length_sd: float = 0.0,
+) -> Measured:
+    """Moment of inertia (kg m^2) about the vertical axis midway between two equal, vertical wires.
+
+        I = m g D^2 T^2 / (16 pi^2 L)
+
+    The centre of mass lies on that axis. The formula is the limit of small twists. An amplitude a
+    lengthens the period by a^2 / 16 (0.19 % at 10 degrees, so 0.38 % in I) where the wires are long
+    (D << L), and by terms of order a^2 D^2 / L^2 more where they are not.
+
+    Args:
+        period: s.  mass: kg.  separation: m, D, between the wires.  length: m, L, of the wires.
+
+    Raises:
+        InputError: a value is not finite or out of range.
+
+    """
+    check_positive(period=period, mass=mass, separation=separation, length=length)
+    check_positive(gravity=gravity)
+    check_not_negative(
+        period_sd=period_sd, mass_sd=mass_sd, separation_sd=separation_sd, length_sd=length_sd
+    )
+    arm = separation * period
+    moment = mass * gravity * arm * arm / (16.0 * math.pi**2 * length)
+    return _measured(
+        moment,
+        2.0 * moment / period * period_sd,
+        moment / mass * mass_sd,
+        2.0 * moment / separation * separation_sd,
+        moment / length * length_sd,
+    )
+
+
+def balance_point(
+    reading: float,
+    mass: float,
+    edge_distance: float,
+    *,
+    fixed_edge: float = 0.0,
+    reading_sd: float = 0.0,
+    mass_sd: float = 0.0,
+    edge_distance_sd: float = 0.0,
+) -> Measured:
+    """Centre of mass (m from the butt) of a body that lies level on two knife-edges.
+
+        x = x_fixed + (reading / m) D
+
+    by moments about the fixed edge; gravity cancels.
+
+    Args:
+        reading: kg, what the scales under the other edge show (tared with the edge on them).
+        mass: kg, of the whole body.
+        edge_distance: m, D, from the fixed edge to the edge on the scales, towards the tip;
+            negative where the scales are on the butt's side.
+        fixed_edge: m, place of the fixed edge from the butt.
+
+    Raises:
+        InputError: a value is not finite or out of range, or the reading is above the mass (then
+            the body would lift off the fixed edge).
+
+    """
+    check_positive(reading=reading, mass=mass)
+    check_finite("edge_distance", edge_distance)
+    check_finite("fixed_edge", fixed_edge)
+    check_not_negative(reading_sd=reading_sd, mass_sd=mass_sd, edge_distance_sd=edge_distance_sd)
+    if edge_distance == 0.0:
+        raise InputError("edge_distance", edge_distance, "a number other than 0 (m)")
+    if reading > mass:
+        raise InputError("reading", reading, f"at most the mass, {mass} kg")
+    share = reading / mass
+    place = fixed_edge + share * edge_distance
+    shares = (
+        edge_distance / mass * reading_sd,
+        share * edge_distance / mass * mass_sd,
+        share * edge_distance_sd,
+    )
+    deviation = math.hypot(*shares)
+    if not (math.isfinite(place) and math.isfinite(deviation)):
+        raise InputError("edge_distance, fixed_edge", place, "places whose result is finite")
+    return Measured(place, deviation)
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """Mass (kg) and centre of mass (m) from two weighings, and the covariance (kg m) of both."""
+
+    mass: Measured
+    com: Measured
+    covariance: float
+
+
+def weigh_twice(
+    reading: float,
+    exchanged: float,
+    edges: tuple[float, float],
+    *,
+    reading_sd: float = 0.0,
+    place_sd: float = 0.0,
+) -> Weighing:
+    """Mass and centre of mass of a body on two knife-edges, weighed again with them exchanged.
+
+        m = r1 + r2,   x = a + s (b - a),   s = r1 / m
+        sd(m)^2 = 2 sd(r)^2
+        sd(x)^2 = (s^2 + (1 - s)^2) (((b - a) / m)^2 sd(r)^2 + sd(a)^2)
+        cov(m, x) = (1 - 2 s) (b - a) / m sd(r)^2
+
+    by moments about a with the scales under b (r1), and about b with the scales under a (r2).
+
+    Args:
+        reading, exchanged: kg, r1 and r2.
+        edges: m, a and b, from the butt.
+        reading_sd, place_sd: standard deviations of either reading, and of either edge's place.
+
+    Raises:
+        InputError: a value is not finite or out of range, or the edges are in one place.
+
+    """
+    check_positive(reading=reading, exchanged=exchanged)
+    check_not_negative(reading_sd=reading_sd, place_sd=place_sd)
+    for edge in edges:
+        check_finite("edges", edge)
+    mass, distance = reading + exchanged, edges[1] - edges[0]
+    place = balance_point(reading, mass, distance, fixed_edge=edges[0]).value
+    share, lever = reading / mass, distance / mass * reading_sd
+    both = math.hypot(share, 1.0 - share)
+    deviation = both * math.hypot(lever, place_sd)
+    covariance = (1.0 - 2.0 * share) * lever * reading_sd
+    for result in (deviation, covariance):
+        check_finite("edges, reading_sd, place_sd", result)
+    return Weighing(_measured(mass, reading_sd, reading_sd), Measured(place, deviation), covariance)
+
+
+def swingweight_from_period(
+    period: float,
+    mass: float,
+    balance: float,
+    *,
+    axis: float = SWINGWEIGHT_AXIS,
+    amplitude: float = 0.0,
+    gravity: float = STANDARD_GRAVITY,
+    period_sd: float = 0.0,
+    mass_sd: float = 0.0,
+    balance_sd: float = 0.0,
+) -> Measured:
+    """Swingweight (kg m^2) of a racket that swings tip down about the swingweight axis itself.
+
+    `pendulum_moments` with the pivot at `axis`; no parallel-axis step, so an error of the balance
+    counts once.
+
+    Raises:
+        InputError: as `pendulum_moments`, or the balance is not beyond the axis.
+
+    """
+    check_finite("balance", balance)
+    check_finite("axis", axis)
+    if not balance > axis:
+        raise InputError("balance", balance, f"more than {axis} m, the axis's place")
+    return pendulum_moments(
+        period,
+        mass,
+        balance - axis,
+        amplitude=amplitude,
+        gravity=gravity,
+        period_sd=period_sd,
+        mass_sd=mass_sd,
+        distance_sd=balance_sd,
+    ).about_pivot
+
+
+def _check_periods(period: float, empty_period: float) -> None:
+    check_not_negative(empty_period=empty_period)
+    if not empty_period < period:
+        raise InputError("empty_period", empty_period, f"less than the period, {period} s")
+
+
+def _correlation(covariance: float, mass_sd: float, distance_sd: float) -> float:
+    """Correlation of the mass and the distance, from their covariance."""
+    check_finite("mass_distance_covariance", covariance)
+    product = mass_sd * distance_sd
+    if abs(covariance) > product:
+        allowed = f"-{product:.6g} to {product:.6g} kg m, the deviations' product"
+        raise InputError("mass_distance_covariance", covariance, allowed)
+    return covariance / product if product > 0.0 else 0.0
+
+
+def _correlated(first: float, second: float, correlation: float) -> tuple[float, float]:
+    """Independent shares that have the variance of the sum of two correlated ones."""
+    return first + correlation * second, math.sqrt(1.0 - correlation**2) * second
+
+
+def _measured(value: float, *shares: float) -> Measured:
+    """The number and its standard deviation from the shares (df/dx_i) sd(x_i)."""
+    deviation = math.hypot(*shares)
+    check_result("the measured numbers together", value, deviation)
+    return Measured(value, deviation)

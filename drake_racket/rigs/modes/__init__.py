@@ -1,0 +1,1 @@
+"""Modal analysis of the frame."""

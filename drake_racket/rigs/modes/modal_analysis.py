@@ -1,0 +1,262 @@
+"""Modes of a racket, from Drake's linearisation of it at rest.
+
+Drake linearises the Diagram of plant and string-bed (automatic differentiation, so exact). In the
+plant's velocities v the small motion about the resting racket is
+
+    M u'' + C u' + K u = 0,    K = -M (d vdot/dq) N,
+
+with v = u', M from the plant and qdot = N v; K and M are symmetric. From them come
+
+- the undamped modes: K phi = omega^2 M phi with real shapes, phi^T M phi = 1;
+- the damped ones: eigenvalues lambda of Drake's state matrix, with complex shapes, each paired with
+  the undamped mode that it overlaps most (M-weighted). Damping ratio -Re(lambda)/|lambda|.
+
+A mode is named after where its strain energy is, not after its place in a list: `in_plane` or
+`out_of_plane` (the throat joint's two springs), `string_bed`, or `rigid` (the grip: the racket
+moves in the hand without bending). Modes without strain energy are the motions of a free rigid
+body; they are counted and left out.
+
+To first order at the flat string-bed a string's tension does not change: the k of the springs and
+their dampers (a rate c dL/dt, and dL is of second order) do not show; T0/L0 makes the stiffness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    InputPortSelection,
+    OutputPortSelection,
+)
+from pydrake.systems.primitives import Linearize
+from scipy.optimize import linear_sum_assignment
+
+from drake_racket.io.errors import InputError
+from drake_racket.parameters.racket import RacketParameters
+from drake_racket.plant.compose import add_impact
+from drake_racket.plant.grip import Grip, GripStiffness, load_grip
+from drake_racket.plant.racket import Racket
+from drake_racket.plant.supports import add_hand_held_racket, add_supported_racket
+
+SUPPORTS = ("free", "clamped_handle", "clamped_head", "grip")
+ELEMENTS = ("in_plane", "out_of_plane", "string_bed", "grip")
+"""What stores strain energy: the joint's springs about z and y, the strings, and the hand."""
+
+KINDS = ("in_plane", "out_of_plane", "string_bed", "rigid")
+"""The kind of a mode whose largest share of strain energy is in the element of the same place."""
+
+# An eigenvalue omega^2 this small beside the largest is round-off (that is near 1e-15 of it).
+_ZERO = 1e-13
+
+_NO_PAIR = complex(np.nan, np.nan)
+
+
+@dataclass(frozen=True)
+class ModalSystem:
+    """A racket on its support, ready to be linearised. Vary its Context and solve again."""
+
+    diagram: Diagram
+    context: Context
+    plant: MultibodyPlant
+    racket: Racket
+    grip: Grip | None
+
+    def plant_context(self) -> Context:
+        """The plant's Context; on it the frame's and the grip's bushings may be changed."""
+        return self.plant.GetMyMutableContextFromRoot(self.context)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The n vibrations of a racket with nv velocities, by rising frequency.
+
+    Attributes:
+        frequencies: (n,) undamped, Hz.
+        damped_frequencies: (n,) Hz; nan where the mode is overdamped.
+        damping_ratios: (n,); nan where the mode is overdamped.
+        shapes: (nv, n) undamped, in the plant's velocities, mass-normalised.
+        complex_shapes: (nv, n) damped, of the same mass norm and in phase with `shapes`; nan where
+            overdamped.
+        kinds: of each mode, one of KINDS.
+        strain_shares: (n, 4) share of each of ELEMENTS in the strain energy.
+        rigid_motions: number of motions without strain energy, which are left out.
+
+    """
+
+    system: ModalSystem
+    frequencies: NDArray[np.float64]
+    damped_frequencies: NDArray[np.float64]
+    damping_ratios: NDArray[np.float64]
+    shapes: NDArray[np.float64]
+    complex_shapes: NDArray[np.complex128]
+    kinds: tuple[str, ...]
+    strain_shares: NDArray[np.float64]
+    rigid_motions: int
+
+    def bending(self, plane: str) -> int:
+        """Index of the mode with the largest share of its strain energy in one joint spring.
+
+        Raises:
+            InputError: `plane` is neither in_plane nor out_of_plane.
+
+        """
+        if plane not in ELEMENTS[:2]:
+            raise InputError("Modes.bending: plane", plane, ", ".join(ELEMENTS[:2]))
+        return int(np.argmax(self.strain_shares[:, ELEMENTS.index(plane)]))
+
+
+def modal_system(
+    parameters: RacketParameters,
+    *,
+    strung: bool = True,
+    support: str = "free",
+    grip: GripStiffness | None = None,
+) -> ModalSystem:
+    """Builds a racket on its support, without gravity (which would let it fall or sag).
+
+    Args:
+        strung: with string masses and string-bed; False gives the bare frame.
+        support: `free`; `clamped_handle` and `clamped_head` hold that body; `grip` holds the
+            racket's grip frame by a hand fixed in the world.
+        grip: of support `grip`; the shipped one if None.
+
+    Raises:
+        InputError: unknown support, or a grip with a support that has none.
+
+    """
+    if support not in SUPPORTS:
+        raise InputError("support", support, ", ".join(SUPPORTS))
+    if grip is not None and support != "grip":
+        raise InputError("grip", grip.name, f"no grip with support {support}")
+    builder = DiagramBuilder()
+    plant = builder.AddSystem(MultibodyPlant(0.0))
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+    hand = None
+    if support == "grip":
+        racket, hand = add_hand_held_racket(plant, parameters, grip or load_grip(), strung=strung)
+    else:
+        racket = add_supported_racket(plant, parameters, support, strung=strung)
+    plant.Finalize()
+    if strung:
+        add_impact(builder, plant, racket)
+    diagram = builder.Build()
+    return ModalSystem(diagram, diagram.CreateDefaultContext(), plant, racket, hand)
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """Small motion about rest: Drake's state matrix (of [q; v]), and M, K in velocities."""
+
+    state_matrix: NDArray[np.float64]
+    mass: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+
+
+def linearise(system: ModalSystem) -> LinearSystem:
+    """Linearises the racket at rest with the parameters of its Context."""
+    plant, context = system.plant, system.plant_context()
+    linear = Linearize(
+        system.diagram,
+        system.context,
+        InputPortSelection.kNoInput,
+        OutputPortSelection.kNoOutput,
+    )
+    matrix = np.asarray(linear.A())
+    nq = plant.num_positions()
+    mass = plant.CalcMassMatrix(context)
+    q_dot = plant.MakeVelocityToQDotMap(context).toarray()
+    stiffness = -mass @ matrix[nq:, :nq] @ q_dot
+    return LinearSystem(
+        state_matrix=matrix,
+        mass=mass,
+        stiffness=0.5 * (stiffness + stiffness.T),  # symmetric but for round-off
+    )
+
+
+def solve_modes(system: ModalSystem) -> Modes:
+    """The modes of the racket with the parameters of the system's Context."""
+    linear = linearise(system)
+    squares, shapes = scipy.linalg.eigh(linear.stiffness, linear.mass)
+    vibrates = squares > _ZERO * squares[-1]
+    squares, shapes = squares[vibrates], shapes[:, vibrates]
+    values, complex_shapes = _damped(linear, shapes)
+    shares = _strain_shares(system, linear, shapes)
+    return Modes(
+        system=system,
+        frequencies=np.sqrt(squares) / (2.0 * np.pi),
+        damped_frequencies=values.imag / (2.0 * np.pi),
+        damping_ratios=-values.real / np.abs(values),
+        shapes=shapes,
+        complex_shapes=complex_shapes,
+        kinds=tuple(KINDS[i] for i in np.argmax(shares, axis=1)),
+        strain_shares=shares,
+        rigid_motions=int(np.count_nonzero(~vibrates)),
+    )
+
+
+def _damped(
+    linear: LinearSystem, shapes: NDArray[np.float64]
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Eigenvalues (n,) and shapes (nv, n) of the damped modes, in the order of `shapes`.
+
+    A state's lower half is lambda phi, a multiple of the shape. Overdamped modes do not oscillate
+    and have no complex pair: their columns are nan.
+    """
+    values, vectors = np.linalg.eig(linear.state_matrix)
+    # the zero eigenvalues of a free body split by the root of round-off, far below any vibration
+    oscillates = values.imag > 1e-6 * np.max(np.abs(values))
+    values, vectors = values[oscillates], vectors[-len(linear.mass) :, oscillates]
+    overlap = shapes.T @ linear.mass @ vectors
+    norms = np.sqrt(np.einsum("ij,ik,kj->j", vectors.conj(), linear.mass, vectors).real)
+    rows, columns = linear_sum_assignment(np.abs(overlap / norms), maximize=True)
+    found = np.full(shapes.shape[1], _NO_PAIR)
+    aligned = np.full(shapes.shape, _NO_PAIR)
+    found[rows] = values[columns]
+    phases = overlap[rows, columns] / np.abs(overlap[rows, columns])
+    aligned[:, rows] = vectors[:, columns] / (phases * norms[columns])
+    return found, aligned
+
+
+def _strain_shares(
+    system: ModalSystem, linear: LinearSystem, shapes: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Share (n, 4) of each of ELEMENTS in the strain energy v^T K v / 2."""
+    plant, racket = system.plant, system.racket
+    total = np.einsum("ij,ik,kj->j", shapes, linear.stiffness, shapes)
+    energies = np.zeros((shapes.shape[1], len(ELEMENTS)))
+    _, stiffness_y, stiffness_z = racket.bushing.GetTorqueStiffnessConstants(system.plant_context())
+    for column, joint, constant in (
+        (0, racket.in_plane, stiffness_z),
+        (1, racket.out_of_plane, stiffness_y),
+    ):
+        energies[:, column] = constant * shapes[joint.velocity_start()] ** 2
+    if racket.string_joints:
+        at = [joint.velocity_start() for joint in racket.string_joints]
+        block = linear.stiffness[np.ix_(at, at)]
+        energies[:, 2] = np.einsum("ij,ik,kj->j", shapes[at], block, shapes[at])
+    if system.grip is not None:
+        context, bushing = system.plant_context(), system.grip.bushing
+        assert bushing is not None  # the modal rig's grip is compliant
+        jacobian = plant.CalcJacobianSpatialVelocity(
+            context,
+            JacobianWrtVariable.kV,
+            system.grip.racket_frame,
+            [0.0, 0.0, 0.0],
+            system.grip.hand_frame,
+            system.grip.hand_frame,
+        )
+        constants = np.append(
+            bushing.GetTorqueStiffnessConstants(context),
+            bushing.GetForceStiffnessConstants(context),
+        )
+        energies[:, 3] = constants @ (jacobian @ shapes) ** 2
+    shares: NDArray[np.float64] = energies / total[:, np.newaxis]
+    return shares

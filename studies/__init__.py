@@ -1,0 +1,1 @@
+"""The studies: each one question, with its figures and its numbers."""

@@ -1,0 +1,1 @@
+"""Which string-bed parameters restitution determines, and what would settle the others."""
