@@ -25,7 +25,8 @@ from drake_racket import IntegratorSettings, Scenario, make_impact_diagram, simu
 from drake_racket.engines.clamped.batch import bed_parameters, make_bed, make_impacts, run
 from drake_racket.laws.contact import contact_law
 from drake_racket.laws.strings import POINT_NUMBERS, generalized_forces
-from drake_racket.parameters.racket import load_ball, load_racket
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.racket import load_racket
 from drake_racket.parameters.scenario import changed
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS, head_clamped_scenario
 

@@ -14,23 +14,26 @@ from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.models import add_limb_model, find_limb
 from drake_racket.limbs.stroke import Stroke, apply_stroke, solve_stroke
 from drake_racket.limbs.upper_limb import add_upper_limb
+from drake_racket.parameters.ball import BallParameters, load_ball
+from drake_racket.parameters.grip import GripStiffness, load_grip, write_grip
 from drake_racket.parameters.limb import load_upper_limb
 from drake_racket.parameters.limb_settings import LimbSettings
 from drake_racket.parameters.overrides import ParameterKey, apply_overrides, parameter_keys
-from drake_racket.parameters.racket import (
-    BallParameters,
-    RacketParameters,
-    load_ball,
-    load_racket,
-)
+from drake_racket.parameters.racket import RacketParameters, load_racket
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario, load_scenario
 from drake_racket.plant.ball import Ball, add_ball, set_ball_inertia
 from drake_racket.plant.compose import Impact, add_contact, add_impact, connect_forces
-from drake_racket.plant.grip import Grip, GripStiffness, add_grip, load_grip, write_grip
+from drake_racket.plant.grip import Grip, add_grip
 from drake_racket.plant.properties import RacketProperties, frame_fundamentals, racket_properties
 from drake_racket.plant.racket import Racket, add_racket, find_racket, set_racket_inertia
 from drake_racket.plant.supports import add_supported_racket
 from drake_racket.plant.systems.ball_contact import BallContact, BallContact_
+from drake_racket.plant.systems.energy_meter import (
+    EnergyMeter,
+    EnergyMeter_,
+    add_energy_meter,
+    set_meter_parameters,
+)
 from drake_racket.plant.systems.grip_load import (
     GripLoad,
     GripLoad_,
@@ -39,13 +42,7 @@ from drake_racket.plant.systems.grip_load import (
 )
 from drake_racket.plant.systems.string_bed import StringBed, StringBed_
 from drake_racket.plots import impact_figure
-from drake_racket.results.energy import (
-    EnergyMeter,
-    EnergyMeter_,
-    add_energy_meter,
-    balance,
-    set_meter_parameters,
-)
+from drake_racket.results.energy import balance
 from drake_racket.results.impact import ImpactResult
 from drake_racket.simulation import SimulationError, configure_integrator, simulate
 

@@ -19,7 +19,7 @@ from drake_racket.parameters.scenario import (
     check_integrator,
     check_scenario,
 )
-from drake_racket.results.energy import TOTALS
+from drake_racket.plant.systems.energy_meter import TOTALS
 from drake_racket.results.impact import ImpactResult, make_result
 
 MOST_STEPS = 5_000_000

@@ -19,7 +19,7 @@ from drake_racket.io.files import (
     write_table,
 )
 from drake_racket.io.signals import Signal, read_signal
-from drake_racket.parameters.racket import load_ball
+from drake_racket.parameters.ball import load_ball
 from drake_racket.plots.rigs.force_plate import force_plate_figure
 from drake_racket.rigs.force_plate.force import SAMPLE_RATE, analyse_force
 from drake_racket.rigs.force_plate.plate import plate_dataset

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from drake_racket.laws.strings import POINTS, SPRINGS
-from drake_racket.parameters.racket import BallParameters, RacketParameters, load_ball, load_racket
+from drake_racket.parameters.ball import BallParameters, load_ball
+from drake_racket.parameters.racket import RacketParameters, load_racket
 from drake_racket.plant.racket import string_bed_model
 from tests.oracles.clamped_impact import ClampedImpact
 from tests.oracles.free_racket import FreeRacketParams

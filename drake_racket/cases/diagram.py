@@ -18,7 +18,8 @@ from drake_racket.limbs.striking import (
     add_striking_limb,
     wire_striking_limb,
 )
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import Scenario, check_scenario
 from drake_racket.plant.ball import add_ball, set_ball_inertia
 from drake_racket.plant.compose import (
@@ -31,8 +32,8 @@ from drake_racket.plant.compose import (
 from drake_racket.plant.grip import Grip, add_grip
 from drake_racket.plant.racket import add_racket, set_racket_inertia
 from drake_racket.plant.supports import add_hand_held_racket, add_supported_racket
+from drake_racket.plant.systems.energy_meter import add_energy_meter, set_meter_parameters
 from drake_racket.plant.systems.grip_load import add_grip_load, set_grip_load_parameters
-from drake_racket.results.energy import add_energy_meter, set_meter_parameters
 
 __all__ = ["ImpactDiagram", "make_impact_diagram"]
 

@@ -82,7 +82,8 @@ def strings(
     """
     from drake_racket.identify.report.outputs import write_string_bed
     from drake_racket.identify.strings.string_bed import fit_string_bed
-    from drake_racket.parameters.racket import load_ball, load_racket
+    from drake_racket.parameters.ball import load_ball
+    from drake_racket.parameters.racket import load_racket
 
     options = _options(
         method=method,
@@ -138,7 +139,8 @@ def tension(
     """T0 alone, for a racket whose strings are known, strung at another tension."""
     from drake_racket.identify.report.outputs import write_string_bed
     from drake_racket.identify.strings.string_bed import fit_tension
-    from drake_racket.parameters.racket import load_ball, load_racket
+    from drake_racket.parameters.ball import load_ball
+    from drake_racket.parameters.racket import load_racket
 
     if strung_at is not None and not 50.0 <= strung_at <= 600.0:
         raise InputError("--strung-at", strung_at, "50 to 600 N")
@@ -181,7 +183,8 @@ def friction(
     """Friction coefficients from rebound angles of oblique impacts, head clamped."""
     from drake_racket.identify.report.outputs import write_friction
     from drake_racket.identify.strings.friction import fit_friction
-    from drake_racket.parameters.racket import load_ball, load_racket
+    from drake_racket.parameters.ball import load_ball
+    from drake_racket.parameters.racket import load_racket
 
     options = _options(
         method=method,

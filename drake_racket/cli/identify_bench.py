@@ -37,7 +37,7 @@ def ball(
     from drake_racket.identify.ball.fit import fit_ball, read_ball_impacts
     from drake_racket.identify.report.bench import write_ball_fit
     from drake_racket.io.files import check_directory
-    from drake_racket.parameters.racket import load_ball
+    from drake_racket.parameters.ball import load_ball
 
     known = load_ball(ball)
     records = read_ball_impacts(file)

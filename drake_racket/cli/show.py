@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import new_console
+from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.quantities import (
     Assignment,
     Choice,
@@ -16,7 +17,7 @@ from drake_racket.parameters.quantities import (
     Quantity,
     sourced_fields,
 )
-from drake_racket.parameters.racket import check_racket, load_ball, load_racket
+from drake_racket.parameters.racket import check_racket, load_racket
 from drake_racket.plant.properties import RacketProperties, racket_properties
 
 

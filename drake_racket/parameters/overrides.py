@@ -23,15 +23,10 @@ from typing import Any, TypeVar, cast
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
 from drake_racket.laws.strings import SPRING_NAMES, spring_formula
+from drake_racket.parameters.ball import BallParameters, check_ball
+from drake_racket.parameters.grip import GripStiffness, check_grip
 from drake_racket.parameters.quantities import Assignment, Quantities, Quantity, sourced_fields
-from drake_racket.parameters.racket import (
-    BallParameters,
-    RacketParameters,
-    ThroatJoint,
-    check_ball,
-    check_racket,
-)
-from drake_racket.plant.grip import GripStiffness, check_grip
+from drake_racket.parameters.racket import RacketParameters, ThroatJoint, check_racket
 
 P = TypeVar("P", RacketParameters, BallParameters, GripStiffness)
 

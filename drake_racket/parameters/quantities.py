@@ -130,3 +130,9 @@ def _check_one(value: Sourced, rule: dict[str, Any], key: str) -> None:
             raise InputError(f"{key}.value", number, "more than 0")
         if rule["sign"] == "non-negative" and not number >= 0:
             raise InputError(f"{key}.value", number, "0 or more")
+
+
+def check_name(name: str, where: str) -> None:
+    """Raises InputError unless `name` can name a model: letters, digits and _."""
+    if not (name.isascii() and name.isidentifier()):
+        raise InputError(f"{where}: name", name, "letters, digits and _ (not first a digit)")

@@ -1,4 +1,4 @@
-"""The parameter files: one racket with one string-bed per file, one ball per file.
+"""The racket file: one frame with one string-bed, and its checks.
 
 Every number carries unit, status and source (see `quantities`). The published values are those of
 Glynn, King & Mitchell (2011), Sports Engineering 13(2):65-72, doi:10.1007/s12283-010-0056-x.
@@ -25,6 +25,7 @@ from drake_racket.parameters.quantities import (
     Quantities,
     Quantity,
     check_fields,
+    check_name,
     choice,
     many,
     one,
@@ -32,7 +33,6 @@ from drake_racket.parameters.quantities import (
 
 RACKETS = ("tour", "recreational")
 TENSIONS = ("low", "high")
-BALLS = ("penn_titanium",)
 JOINT_READINGS = ("by_axis", "as_printed")
 
 
@@ -140,25 +140,6 @@ class RacketParameters:
         return [mu[int(self.friction.points.value[str(i)][2:]) - 1] for i in range(1, 10)]
 
 
-@dataclass
-class BallParameters:
-    """A point-mass ball; kb and cb are linear in the normal approach speed; see `contact`."""
-
-    name: str = ""
-    title: str = ""
-    mass: Quantity = one("kg")
-    radius: Quantity = one("m")
-    speed_low: Quantity = one("m/s")
-    speed_high: Quantity = one("m/s")
-    stiffness_low: Quantity = one("N/m")  # kb at speed_low
-    damping_low: Quantity = one("N*s/m", sign="non-negative")  # cb at speed_low
-    stiffness_growth: Quantity = one("1", sign="any")  # kb(high)/kb(low) - 1
-    damping_growth: Quantity = one("1", sign="any")
-    sliding_speed_scale: Quantity = one("m/s")
-    sliding_distance_scale: Quantity = one("m")
-    notes: list[str] = field(default_factory=list)
-
-
 def load_racket(
     racket: str | os.PathLike[str] = "tour",
     tension: str | float = "low",
@@ -237,21 +218,6 @@ def _at_tension(racket: str, tension: str | float) -> RacketParameters:
     )
 
 
-def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
-    """Loads the shipped ball by name, or any ball from its YAML file.
-
-    Raises:
-        InputError: unknown name, unreadable file, or content that does not fit.
-
-    """
-    ball = name_or_path(ball, "ball")
-    if ball.endswith((".yaml", ".yml")):
-        return read_ball(Path(ball))
-    if ball not in BALLS:
-        raise InputError("ball", ball, f"{', '.join(BALLS)} or a path ending in .yaml")
-    return read_ball(data_directory() / f"ball_{ball}.yaml")
-
-
 def read_racket(path: Path) -> RacketParameters:
     """Reads and checks one racket file; raises InputError."""
     racket = load_file(path, RacketParameters, complete=True)
@@ -259,16 +225,9 @@ def read_racket(path: Path) -> RacketParameters:
     return racket
 
 
-def read_ball(path: Path) -> BallParameters:
-    """Reads and checks one ball file; raises InputError."""
-    ball = load_file(path, BallParameters, complete=True)
-    check_ball(ball, str(path))
-    return ball
-
-
 def check_racket(racket: RacketParameters, where: str = "racket") -> None:
     """Checks units, signs, counts, assignments and geometry; raises InputError."""
-    _check_name(racket.name, where)
+    check_name(racket.name, where)
     check_fields(racket, where)
     for part_name in ("handle", "head"):
         part: Part = getattr(racket, part_name)
@@ -287,25 +246,6 @@ def check_racket(racket: RacketParameters, where: str = "racket") -> None:
     _check_geometry(racket, where)
     _check_springs(racket.string_bed, where)
     _check_friction(racket.friction, where)
-
-
-def check_ball(ball: BallParameters, where: str = "ball") -> None:
-    """Checks units, signs and ranges; raises InputError."""
-    _check_name(ball.name, where)
-    check_fields(ball, where)
-    if ball.speed_high.value <= ball.speed_low.value:
-        raise InputError(
-            f"{where}: speed_high.value", ball.speed_high.value, f"above {ball.speed_low.value}"
-        )
-    for key in ("stiffness_growth", "damping_growth"):
-        growth: Quantity = getattr(ball, key)
-        if growth.value <= -1.0:  # kb or cb would turn negative inside the identified range
-            raise InputError(f"{where}: {key}.value", growth.value, "more than -1")
-
-
-def _check_name(name: str, where: str) -> None:
-    if not (name.isascii() and name.isidentifier()):
-        raise InputError(f"{where}: name", name, "letters, digits and _ (not first a digit)")
 
 
 def _check_geometry(racket: RacketParameters, where: str) -> None:

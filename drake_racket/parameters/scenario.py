@@ -15,15 +15,11 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import number_between, plain_numbers
 from drake_racket.io.yaml_files import load_file, load_text
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
+from drake_racket.parameters.ball import BallParameters, load_ball
+from drake_racket.parameters.grip import GRIP_KINDS, GripStiffness, load_grip
 from drake_racket.parameters.limb_settings import LimbSettings, check_limb_settings
 from drake_racket.parameters.overrides import apply_overrides, check_known, parameter_keys
-from drake_racket.parameters.racket import (
-    BallParameters,
-    RacketParameters,
-    load_ball,
-    load_racket,
-)
-from drake_racket.plant.grip import GRIP_KINDS, GripStiffness, load_grip
+from drake_racket.parameters.racket import RacketParameters, load_racket
 
 SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip", "limb")
 SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")

@@ -10,7 +10,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.racket import BallParameters
+from drake_racket.parameters.ball import BallParameters
 from drake_racket.plant.sdf import ball_inertia, ball_sdf
 
 

@@ -30,7 +30,8 @@ from drake_racket.laws.phases import (
     contact_record,
 )
 from drake_racket.laws.strings import POINTS
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.ball import Ball, ball_law
 from drake_racket.plant.racket import Racket, string_bed_model, string_coordinates
 from drake_racket.plant.systems.ball_contact import BallContact

@@ -9,119 +9,20 @@ The spring-dampers are one `LinearBushingRollPitchYaw`: torques -k q - c qdot on
 of G in H, and forces -K p - D pdot along its axes. At rest G lies on H. H may be fixed in the world
 or sit on an arm.
 
-No source at hand prints the numbers: the shipped ones are inferred. The default, `normal`, is the
-stiffness that the soft tissue of a palm has over the breadth of a hand (data/grip_normal.yaml);
-every use should show what another grip does (`loose`, `tight`, `GripStiffness.scaled`).
 """
 
-import dataclasses
-import math
-import os
-from dataclasses import dataclass, field
-from pathlib import Path
+from __future__ import annotations
+
+from dataclasses import dataclass
 from typing import Any
 
-import yaml
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BallRpyJoint, Frame, Joint, LinearBushingRollPitchYaw
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.files import write_text
-from drake_racket.io.shipped import data_directory
-from drake_racket.io.yaml_files import load_file, name_or_path
-from drake_racket.parameters.quantities import Quantities, check_fields, many
+from drake_racket.parameters.grip import GRIP_KINDS, GripStiffness, check_grip
 from drake_racket.plant.racket import Racket
-
-GRIPS = ("loose", "normal", "tight")
-
-GRIP_KINDS = ("compliant", "torsional", "weld")
-"""Six spring-dampers; three torsional ones about a point that the hand holds; or rigid."""
-
-
-@dataclass
-class GripStiffness:
-    """The six spring-dampers of a grip: lists of three, about or along x, y and z of the hand."""
-
-    name: str = ""
-    title: str = ""
-    force_stiffness: Quantities = many("N/m", sign="non-negative", least=3)
-    force_damping: Quantities = many("N*s/m", sign="non-negative", least=3)
-    torque_stiffness: Quantities = many("N*m/rad", sign="non-negative", least=3)
-    torque_damping: Quantities = many("N*m*s/rad", sign="non-negative", least=3)
-    notes: list[str] = field(default_factory=list)
-
-    def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
-        """All six stiffnesses times `factor`; the dampings times `damping_factor`.
-
-        By default the dampings grow with the root of the stiffness, which keeps the damping ratio
-        of a racket that moves as a rigid body in the hand.
-
-        Raises:
-            InputError: a factor is not a finite number of 0 or more.
-
-        """
-        if not (math.isfinite(factor) and factor >= 0.0):
-            raise InputError("GripStiffness.scaled: factor", factor, "a finite number, 0 or more")
-        by = math.sqrt(factor) if damping_factor is None else damping_factor
-        if not (math.isfinite(by) and by >= 0.0):
-            raise InputError(
-                "GripStiffness.scaled: damping_factor", by, "a finite number, 0 or more"
-            )
-        return dataclasses.replace(
-            self,
-            force_stiffness=_times(self.force_stiffness, factor),
-            force_damping=_times(self.force_damping, by),
-            torque_stiffness=_times(self.torque_stiffness, factor),
-            torque_damping=_times(self.torque_damping, by),
-        )
-
-
-def _times(values: Quantities, factor: float) -> Quantities:
-    if factor == 1.0:
-        return values
-    scaled = [factor * x for x in values.value]
-    return Quantities(scaled, values.unit, "inferred", f"{factor:g} times: {values.source}")
-
-
-def load_grip(grip: str | os.PathLike[str] = "normal") -> GripStiffness:
-    """Loads the shipped grip by name, or any grip from its YAML file.
-
-    Raises:
-        InputError: unknown name, unreadable file, or content that does not fit.
-
-    """
-    grip = name_or_path(grip, "grip")
-    if grip.endswith((".yaml", ".yml")):
-        path = Path(grip)
-    elif grip in GRIPS:
-        path = data_directory() / f"grip_{grip}.yaml"
-    else:
-        raise InputError("grip", grip, f"{', '.join(GRIPS)} or a path ending in .yaml")
-    loaded = load_file(path, GripStiffness, complete=True)
-    check_grip(loaded, str(path))
-    return loaded
-
-
-def write_grip(grip: GripStiffness, path: Path) -> None:
-    """Writes a grip's file, for `load_grip` and scenarios.
-
-    Raises:
-        InputError: the grip is not valid.
-
-    """
-    check_grip(grip)
-    text = yaml.safe_dump(dataclasses.asdict(grip), sort_keys=False, allow_unicode=True)
-    write_text(text, path)
-
-
-def check_grip(grip: GripStiffness, where: str = "grip") -> None:
-    """Checks units, signs, counts and provenance; raises InputError."""
-    check_fields(grip, where)
-    for item in dataclasses.fields(grip):
-        values = getattr(grip, item.name)
-        if isinstance(values, Quantities) and len(values.value) != 3:
-            raise InputError(f"{where}: {item.name}.value", values.value, "3 numbers: x, y, z")
 
 
 @dataclass(frozen=True)

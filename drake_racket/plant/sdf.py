@@ -15,14 +15,8 @@ from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 from drake_racket.io.files import write_text
 from drake_racket.io.shipped import sdf_directory
 from drake_racket.limbs.upper_limb_sdf import shipped_limb_models
-from drake_racket.parameters.racket import (
-    RACKETS,
-    BallParameters,
-    Part,
-    RacketParameters,
-    load_ball,
-    load_racket,
-)
+from drake_racket.parameters.ball import BallParameters, load_ball
+from drake_racket.parameters.racket import RACKETS, Part, RacketParameters, load_racket
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame
 
 from drake_racket.io.errors import InputError
+from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.racket import RacketParameters
-from drake_racket.plant.grip import Grip, GripStiffness, add_grip
+from drake_racket.plant.grip import Grip, add_grip
 from drake_racket.plant.racket import Racket, add_racket
 
 _HELD_AT = {"clamped_head": "gsc", "clamped_handle": "butt"}

@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, LeafSystem_
-from pydrake.systems.scalar_conversion import TemplateSystem
+from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
 from drake_racket.limbs.power import (
@@ -26,132 +24,18 @@ from drake_racket.limbs.power import (
     limb_potential,
 )
 from drake_racket.plant.compose import Impact
+from drake_racket.plant.systems.energy_meter import (
+    COUPLE,
+    GRIP,
+    IMPULSE,
+    LOST_BALL,
+    LOST_FRICTION,
+    LOST_JOINT,
+    LOST_STRINGS,
+)
 
 if TYPE_CHECKING:
     from drake_racket.limbs.striking import StrikingLimb
-
-LOST_BALL, LOST_FRICTION, COUPLE, IMPULSE, LOST_JOINT, LOST_STRINGS = 0, 1, 2, slice(3, 6), 6, 7
-GRIP, TOTALS = 8, 9
-
-
-@TemplateSystem.define("EnergyMeter_")
-def EnergyMeter_(T: Any) -> Any:
-    """The meter as a LeafSystem on the scalar type T; `EnergyMeter` is that on float."""
-
-    class Impl(LeafSystem_[T]):
-        """Integrates lost power and the contact's impulse.
-
-        Input ports:
-            power (6): the BallContact's port of that name (W, W, W, N, N, N).
-            joint_rates (2): in-plane, out-of-plane (rad/s), as part of the plant's state port.
-            string_energy (2): the StringBed's energy port; read only if the strings are damped.
-            grip_power (1): the GripLoad's power (W); only of a meter for a held racket.
-        Output ports:
-            totals (9): lost in the ball's damper, lost to friction, gained from the couple (J);
-                impulse on the ball in the world (N s, three); lost at the joint, lost in the
-                strings, gone into the grip's springs and dampers (J).
-        Numeric parameters:
-            0 damping: in-plane, out-of-plane joint (N m s/rad); 1 if the strings are damped, or 0.
-              As in the Contexts of plant and string-bed (`set_meter_parameters`).
-        Continuous state (9): the totals.
-        """
-
-        def _construct(
-            self,
-            num_states: int,
-            rates: tuple[int, int],
-            damping: tuple[float, float, float],
-            gripped: bool,
-            converter: Any = None,
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter)
-            self.num_states, self.rates, self.gripped = num_states, rates, gripped
-            self.damping = damping
-            self.DeclareNumericParameter(BasicVector_[T](np.array([T(float(x)) for x in damping])))
-            self._power = self.DeclareVectorInputPort("power", 6)
-            self._plant_state = self.DeclareVectorInputPort("state", num_states)
-            self._strings = self.DeclareVectorInputPort("string_energy", 2)
-            if gripped:
-                self._grip = self.DeclareVectorInputPort("grip_power", 1)
-            self._rates = np.array([T(0.0)] * TOTALS)
-            index = self.DeclareContinuousState(TOTALS)
-            self.DeclareStateOutputPort("totals", index)
-
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            arguments = other.num_states, other.rates, other.damping, other.gripped
-            Impl._construct(self, *arguments, converter=converter)
-
-        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
-            state = self._plant_state.Eval(context)
-            in_plane, out_of_plane, damped = context.get_numeric_parameter(0).CopyToVector()
-            rate_z, rate_y = state[self.rates[0]], state[self.rates[1]]
-            rates = self._rates
-            rates[:LOST_JOINT] = self._power.Eval(context)
-            rates[LOST_JOINT] = in_plane * rate_z * rate_z + out_of_plane * rate_y * rate_y
-            rates[LOST_STRINGS] = self._strings.Eval(context)[1] if damped > 0.5 else T(0.0)
-            if self.gripped:
-                rates[GRIP] = self._grip.Eval(context)[0]
-            derivatives.get_mutable_vector().SetFromVector(rates)
-
-    return Impl
-
-
-EnergyMeter = EnergyMeter_[float]
-
-
-def add_energy_meter(
-    builder: DiagramBuilder, plant: MultibodyPlant, impact: Impact, grip_load: Any | None = None
-) -> Any:
-    """Adds an EnergyMeter to the systems of one impact (with a ball) and returns it.
-
-    It counts with the damping that plant and strings have by default; where a Context has other
-    values, call `set_meter_parameters` before the run.
-
-    Args:
-        grip_load: the GripLoad of the hand that holds the racket, if one does.
-
-    Raises:
-        InputError: the impact has no ball.
-
-    """
-    if impact.contact is None:
-        raise InputError("add_energy_meter: impact", "without a ball", "an impact with a ball")
-    offset = plant.num_positions()
-    racket = impact.racket
-    rates = (
-        offset + racket.in_plane.velocity_start(),
-        offset + racket.out_of_plane.velocity_start(),
-    )
-    _, pitch, yaw = racket.bushing.torque_damping_constants()
-    strings = racket.parameters.string_bed.damping.value > 0.0
-    name = plant.GetModelInstanceName(racket.model_instance)
-    meter = builder.AddNamedSystem(
-        f"{name}_energy_meter",
-        EnergyMeter(
-            plant.num_multibody_states(),
-            rates,
-            (yaw, pitch, float(strings)),
-            grip_load is not None,
-        ),
-    )
-    builder.Connect(impact.contact.GetOutputPort("power"), meter.GetInputPort("power"))
-    builder.Connect(plant.get_state_output_port(), meter.GetInputPort("state"))
-    builder.Connect(impact.string_bed.GetOutputPort("energy"), meter.GetInputPort("string_energy"))
-    if grip_load is not None:
-        builder.Connect(grip_load.GetOutputPort("power"), meter.GetInputPort("grip_power"))
-    return meter
-
-
-def set_meter_parameters(meter: Any, impact: Impact, root: Context) -> None:
-    """Copies joint and string damping from plant and string-bed to the meter's Context."""
-    plant_context = impact.racket.plant.GetMyContextFromRoot(root)
-    _, pitch, yaw = impact.racket.bushing.GetTorqueDampingConstants(plant_context)
-    bed = impact.string_bed
-    strings = bed.GetMyContextFromRoot(root).get_numeric_parameter(bed.DAMPING)[0]
-    context = meter.GetMyMutableContextFromRoot(root)
-    context.get_mutable_numeric_parameter(0).SetFromVector(
-        np.array([yaw, pitch, float(strings > 0.0)])
-    )
 
 
 @dataclass(frozen=True)

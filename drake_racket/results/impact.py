@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
 from drake_racket.limbs.striking import limits_are_ours
-from drake_racket.parameters.racket import BallParameters
+from drake_racket.parameters.ball import BallParameters
 from drake_racket.results.energy import Balance, balance, rigid_motion
 from drake_racket.results.history import make_history
 

@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from drake_racket.io.files import write_text
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.grip import load_grip
 from drake_racket.parameters.quantities import sourced_fields
-from drake_racket.parameters.racket import load_ball, load_racket
-from drake_racket.plant.grip import load_grip
+from drake_racket.parameters.racket import load_racket
 from drake_racket.validation.outcome import Plan
 from drake_racket.validation.published import PublishedValue
 from drake_racket.validation.rows import AGREES, DIFFERS, NOT_COMPARABLE, Row

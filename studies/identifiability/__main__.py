@@ -15,7 +15,8 @@ import xarray
 from drake_racket import write_figure, write_netcdf, write_table
 from drake_racket.io.errors import InputError, one_line_errors
 from drake_racket.io.files import check_directory
-from drake_racket.parameters.racket import RACKETS, TENSIONS, load_ball, load_racket
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.racket import RACKETS, TENSIONS, load_racket
 from studies.identifiability import figures
 from studies.identifiability.cases import design_cases, measurement_cases
 from studies.identifiability.information import identifiability_dataset

@@ -28,7 +28,8 @@ from drake_racket.engines.clamped.batch import (
 )
 from drake_racket.io.errors import InputError
 from drake_racket.laws.strings import INCIDENCE, POINT_NUMBERS, generalized_forces, spring_partials
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS
 from drake_racket.rigs.static_stiffness import MOST_FORCE, tangent_stiffness
 

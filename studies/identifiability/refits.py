@@ -18,7 +18,8 @@ from drake_racket.identify.core.intervals import profile
 from drake_racket.identify.core.least_squares import fit
 from drake_racket.identify.core.problem import Parameter, check_count
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 from studies.identifiability.cases import Case
 from studies.identifiability.information import analyse
 from studies.identifiability.measurements import Block, measure

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from drake_racket.engines.clamped.batch import bed_parameters, make_bed
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.racket import load_ball, load_racket
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.racket import load_racket
 from drake_racket.rigs.static_stiffness import static_deflection
 from studies.identifiability.cases import Case, design_cases, measurement_cases
 from studies.identifiability.figures import (

@@ -24,7 +24,8 @@ from drake_racket.identify.strings.friction import fit_friction
 from drake_racket.identify.strings.restitution_table import RestitutionTable
 from drake_racket.identify.strings.string_bed import StringBedFit, fit_string_bed
 from drake_racket.io.signals import Signal
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 from studies.synthetic_laboratory.laboratory import Noise, oblique_table, restitution_table
 from studies.synthetic_laboratory.records import hammer_strikes, plate_impacts
 

@@ -27,8 +27,8 @@ from drake_racket.io.files import (
 )
 from drake_racket.laws.strings import POINT_NUMBERS
 from drake_racket.limbs.torques import JOINT_TORQUES
+from drake_racket.parameters.grip import GRIPS
 from drake_racket.parameters.scenario import changed
-from drake_racket.plant.grip import GRIPS
 from studies.impact_location_and_grip.figures import (
     grip_histories,
     joint_histories,

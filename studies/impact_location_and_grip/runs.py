@@ -22,9 +22,9 @@ from drake_racket.io.files import write_netcdf
 from drake_racket.io.fingerprint import digest, environment
 from drake_racket.io.shipped import data_directory
 from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.parameters.grip import GRIPS
 from drake_racket.parameters.limb import load_upper_limb
 from drake_racket.parameters.scenario import Scenario, changed, load_scenario
-from drake_racket.plant.grip import GRIPS
 from drake_racket.rigs.cases import Progress, call_in_processes, check_workers
 from drake_racket.simulation import simulate
 from studies.impact_location_and_grip.case import HISTORIES, LATE, MARGIN, STEP, Case, read_case

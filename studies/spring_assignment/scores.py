@@ -24,15 +24,9 @@ from drake_racket.io.files import write_netcdf
 from drake_racket.laws import contact, strings
 from drake_racket.laws.compilation import sources_stamp
 from drake_racket.laws.strings import POINTS, SPRINGS
+from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.quantities import Quantity
-from drake_racket.parameters.racket import (
-    RACKETS,
-    TENSIONS,
-    BallParameters,
-    RacketParameters,
-    load_ball,
-    load_racket,
-)
+from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
 from studies.spring_assignment.assignments import (

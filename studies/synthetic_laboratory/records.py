@@ -11,7 +11,8 @@ from drake_racket.engines.clamped.batch import contact_constants
 from drake_racket.identify.ball.impacts import BallImpact
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 from drake_racket.rigs.force_plate.force import AFTER, BEFORE, closed_form, sample_times
 from drake_racket.rigs.force_plate.force import SAMPLE_RATE as PLATE_RATE
 from drake_racket.rigs.hammer.force import INFERRED_LENGTH, INFERRED_PEAK, half_sine

@@ -14,8 +14,9 @@ from scipy.optimize import brentq
 from drake_racket.identify.ball.impacts import read_ball_impacts
 from drake_racket.identify.frame.hammer_record import read_hammer_record
 from drake_racket.io.errors import InputError
+from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.quantities import Quantities
-from drake_racket.parameters.racket import load_ball, load_racket
+from drake_racket.parameters.racket import load_racket
 from studies.synthetic_laboratory.laboratory import (
     OBLIQUE_COLUMNS,
     RESTITUTION_COLUMNS,

@@ -30,15 +30,9 @@ from drake_racket import cli
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import MAX_BYTES, load_text
+from drake_racket.parameters.ball import BallParameters, check_ball, load_ball
 from drake_racket.parameters.quantities import STATUSES, Quantities, Quantity, sourced_fields
-from drake_racket.parameters.racket import (
-    BallParameters,
-    RacketParameters,
-    check_ball,
-    check_racket,
-    load_ball,
-    load_racket,
-)
+from drake_racket.parameters.racket import RacketParameters, check_racket, load_racket
 from drake_racket.parameters.scenario import (
     IntegratorSettings,
     Scenario,

@@ -16,7 +16,8 @@ import xarray
 
 from drake_racket.cli.identify import app
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.racket import load_ball, load_racket, read_ball, read_racket
+from drake_racket.parameters.ball import load_ball, read_ball
+from drake_racket.parameters.racket import load_racket, read_racket
 from studies.synthetic_laboratory.laboratory import (
     OBLIQUE_COLUMNS,
     RESTITUTION_COLUMNS,

@@ -17,7 +17,8 @@ from drake_racket.engines.clamped.batch import OUTPUTS, bed_parameters, make_bed
 from drake_racket.io.errors import InputError
 from drake_racket.laws.compilation import sources_stamp
 from drake_racket.laws.strings import spring_law, spring_partials
-from drake_racket.parameters.racket import load_ball, load_racket
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.racket import load_racket
 from tests.conftest import BEDS, clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 

@@ -15,7 +15,8 @@ from drake_racket.identify.report.outputs import write_friction
 from drake_racket.identify.strings.angle_table import AngleTable, read_angles
 from drake_racket.identify.strings.friction import FrictionFit, FrictionProblem, fit_friction
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.racket import load_ball, load_racket
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.racket import load_racket
 
 ONE = Search(starts=1)
 POINTS = np.array([5, 2, 7])

@@ -23,7 +23,8 @@ from drake_racket.identify.strings.string_bed import (
 )
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_table
-from drake_racket.parameters.racket import load_ball, load_racket, read_racket
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.racket import load_racket, read_racket
 from drake_racket.rigs.head_clamped import normal_impacts
 from studies.identification_recovery import recovery
 from tests.conftest import clamped_problem

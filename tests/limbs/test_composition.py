@@ -27,9 +27,10 @@ from drake_racket.limbs.models import add_limb_model, find_limb
 from drake_racket.limbs.stroke import Stroke, apply_stroke, solve_stroke
 from drake_racket.limbs.torques import add_joint_torques
 from drake_racket.limbs.upper_limb import add_upper_limb
+from drake_racket.parameters.grip import GRIP_KINDS, load_grip
 from drake_racket.parameters.limb import JOINTS
 from drake_racket.parameters.limb_settings import LimbSettings
-from drake_racket.plant.grip import GRIP_KINDS, add_grip, load_grip
+from drake_racket.plant.grip import add_grip
 from drake_racket.plant.systems.grip_load import add_grip_load
 
 

@@ -22,8 +22,9 @@ from drake_racket.limbs.limits import add_joint_limits
 from drake_racket.limbs.stroke import Stroke, apply_stroke, solve_stroke
 from drake_racket.limbs.torques import add_joint_torques, initial_torques
 from drake_racket.limbs.upper_limb import add_upper_limb
+from drake_racket.parameters.grip import GRIP_KINDS, load_grip
 from drake_racket.parameters.limb_settings import LimbSettings
-from drake_racket.plant.grip import GRIP_KINDS, add_grip, load_grip
+from drake_racket.plant.grip import add_grip
 from drake_racket.plant.systems.grip_load import set_grip_load_parameters
 
 GUESS = {"shoulder_flexion": 50.0, "shoulder_abduction": 30.0, "elbow_flexion": 20.0}

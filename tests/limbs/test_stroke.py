@@ -21,9 +21,10 @@ from drake_racket.limbs import stroke_position
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.stroke import Stroke, StrokeState, apply_stroke, solve_stroke
 from drake_racket.limbs.stroke_position import HandKinematics
+from drake_racket.parameters.grip import load_grip
 from drake_racket.parameters.racket import load_racket
 from drake_racket.parameters.stroke import PoseTarget, face_angles, face_rotation
-from drake_racket.plant.grip import add_grip, load_grip
+from drake_racket.plant.grip import add_grip
 from drake_racket.plant.racket import add_racket
 
 # name, axis, offset of the joint from the one before (m), range (degrees)

@@ -21,10 +21,10 @@ from drake_racket import InputError, Scenario, load_ball, load_racket, make_impa
 from drake_racket.cases.diagram import topology
 from drake_racket.io.shipped import data_directory
 from drake_racket.laws.strings import SPRING_NAMES
+from drake_racket.parameters.grip import load_grip
 from drake_racket.parameters.overrides import apply_overrides, parameter_keys
 from drake_racket.parameters.quantities import sourced_fields
 from drake_racket.parameters.scenario import changed, parse_scenario
-from drake_racket.plant.grip import load_grip
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS, racket_properties
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants

@@ -16,6 +16,8 @@ import yaml
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import data_directory
 from drake_racket.laws.strings import INCIDENCE, POINTS, SPRING_NAMES, SPRINGS
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.grip import load_grip
 from drake_racket.parameters.limb import load_upper_limb
 from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.quantities import (
@@ -26,8 +28,7 @@ from drake_racket.parameters.quantities import (
     Quantity,
     sourced_fields,
 )
-from drake_racket.parameters.racket import RacketParameters, check_racket, load_ball, load_racket
-from drake_racket.plant.grip import load_grip
+from drake_racket.parameters.racket import RacketParameters, check_racket, load_racket
 from drake_racket.plant.properties import frame_fundamentals, racket_properties
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.rigs.modes.bending import bending_mode

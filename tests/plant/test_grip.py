@@ -19,7 +19,7 @@ from drake_racket import (
     set_grip_load_parameters,
     simulate,
 )
-from drake_racket.plant.grip import load_grip, write_grip
+from drake_racket.parameters.grip import load_grip, write_grip
 from tests.conftest import ROOT
 
 STUDY = ROOT / "studies" / "grip_limits.py"

@@ -10,7 +10,8 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import add_to_package_map, sdf_directory
-from drake_racket.parameters.racket import load_ball, load_racket
+from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.racket import load_racket
 from drake_racket.plant import sdf as sdf_writer
 from drake_racket.plant.ball import add_ball
 from drake_racket.plant.racket import add_racket, find_racket

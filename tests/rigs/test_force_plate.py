@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal, read_signal, write_signal
-from drake_racket.parameters.racket import load_ball
+from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plots.rigs.force_plate import force_plate_figure
 from drake_racket.rigs.force_plate.force import analyse_force, closed_form, sample_times

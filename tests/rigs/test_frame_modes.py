@@ -19,8 +19,9 @@ from pydrake.systems.primitives import Linearize
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_figure, write_netcdf
+from drake_racket.parameters.grip import GripStiffness, load_grip
 from drake_racket.parameters.racket import RacketParameters, load_racket
-from drake_racket.plant.grip import GripStiffness, add_grip, load_grip
+from drake_racket.plant.grip import add_grip
 from drake_racket.plant.racket import add_racket, find_racket
 from drake_racket.plots.rigs.modes import frame_modes_figure, grip_figure, string_modes_figure
 from drake_racket.rigs.modes import comparisons as mode_comparisons

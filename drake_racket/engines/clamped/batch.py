@@ -20,7 +20,8 @@ from drake_racket.io.errors import InputError
 from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.laws.contact import ball_constants
 from drake_racket.laws.strings import INCIDENCE
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
 

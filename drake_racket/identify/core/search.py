@@ -17,8 +17,9 @@ from drake_racket.identify.core.problem import Problem
 from drake_racket.identify.core.result import FitResult
 from drake_racket.identify.core.starts import Progress
 from drake_racket.io.errors import InputError
+from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.quantities import sourced_fields
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.racket import RacketParameters
 
 METHODS = ("least-squares", "annealing")
 

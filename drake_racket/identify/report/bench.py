@@ -28,7 +28,8 @@ from drake_racket.identify.report.parameter_file import (
     write_racket,
 )
 from drake_racket.io.files import write_figure, write_netcdf, write_table, write_text
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 
 if TYPE_CHECKING:
     import xarray

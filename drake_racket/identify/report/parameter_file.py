@@ -22,15 +22,9 @@ from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.search import determined, unit_text
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import replace_file
+from drake_racket.parameters.ball import BallParameters, check_ball, read_ball
 from drake_racket.parameters.quantities import Quantities, Quantity
-from drake_racket.parameters.racket import (
-    BallParameters,
-    RacketParameters,
-    check_ball,
-    check_racket,
-    read_ball,
-    read_racket,
-)
+from drake_racket.parameters.racket import RacketParameters, check_racket, read_racket
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,8 @@ from drake_racket.identify.strings.table_fit import TableFit
 from drake_racket.identify.strings.table_rows import beyond
 from drake_racket.io.errors import InputError
 from drake_racket.laws.compilation import HAS_NUMBA
-from drake_racket.parameters.racket import BallParameters, RacketParameters
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.racket import RacketParameters
 
 if TYPE_CHECKING:
     import xarray

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.tables import CsvTable
-from drake_racket.parameters.racket import BallParameters
+from drake_racket.parameters.ball import BallParameters
 
 Array: TypeAlias = NDArray[np.float64]
 Select: TypeAlias = Mapping[str, str]

@@ -29,7 +29,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactBodies, ContactModel, contact_record
-from drake_racket.parameters.racket import BallParameters, load_ball
+from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plant.ball import Ball, add_ball, ball_law, set_ball_inertia
 from drake_racket.plant.systems.ball_contact import BallContact

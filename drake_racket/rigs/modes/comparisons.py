@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from drake_racket.io.errors import InputError
+from drake_racket.parameters.grip import GripStiffness, check_grip, load_grip
 from drake_racket.parameters.racket import RacketParameters, load_racket
-from drake_racket.plant.grip import GripStiffness, check_grip, load_grip
 from drake_racket.rigs.input_checks import check_positive
 from drake_racket.rigs.modes.frame_modes import labelled, string_variables
 from drake_racket.rigs.modes.modal_analysis import ELEMENTS, Modes, modal_system, solve_modes

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.laws.strings import POINTS
+from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.racket import JOINT_READINGS, RACKETS, load_racket
-from drake_racket.plant.grip import GripStiffness
 from drake_racket.rigs.modes.modal_analysis import (
     ELEMENTS,
     SUPPORTS,

@@ -40,9 +40,10 @@ from pydrake.systems.primitives import Linearize
 from scipy.optimize import linear_sum_assignment
 
 from drake_racket.io.errors import InputError
+from drake_racket.parameters.grip import GripStiffness, load_grip
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.compose import add_impact
-from drake_racket.plant.grip import Grip, GripStiffness, load_grip
+from drake_racket.plant.grip import Grip
 from drake_racket.plant.racket import Racket
 from drake_racket.plant.supports import add_hand_held_racket, add_supported_racket
 
