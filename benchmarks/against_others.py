@@ -40,9 +40,10 @@ from numpy_impact import NumpyImpact
 from pydrake.systems.analysis import Simulator
 
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.engines.drake.engine import configure_integrator
+from drake_racket.engines.drake.engine import run as run_scenario
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
-from drake_racket.simulation import configure_integrator, simulate
-from drake_racket.simulation import run as run_scenario
+from drake_racket.simulation import simulate
 
 FIGURE = Path(__file__).parents[1] / "docs" / "figures" / "performance_against_others.png"
 END = 0.008  # s, from touch

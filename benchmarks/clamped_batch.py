@@ -22,12 +22,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from drake_racket import IntegratorSettings, Scenario, make_impact_diagram, simulate
+from drake_racket.cases.case import changed
 from drake_racket.engines.clamped.batch import bed_parameters, make_bed, make_impacts, run
 from drake_racket.laws.contact import contact_law
 from drake_racket.laws.strings import POINT_NUMBERS, generalized_forces
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.racket import load_racket
-from drake_racket.parameters.scenario import changed
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS, head_clamped_scenario
 
 POINT = np.repeat(POINT_NUMBERS, len(CANNON_SPEEDS))

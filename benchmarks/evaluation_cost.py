@@ -44,12 +44,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
 
 from drake_racket.cases.diagram import make_impact_diagram
+from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.laws.contact import CONTACT
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.plant.ball import add_ball
 from drake_racket.plant.compose import add_impact
 from drake_racket.plant.supports import add_supported_racket
-from drake_racket.simulation import configure_integrator
 
 RUNGS = ("plant", "+ systems", "+ StringBed", "+ BallContact", "+ EnergyMeter")
 PHASES = ("free", "contact")

@@ -18,10 +18,11 @@ from typing import Any
 import numpy as np
 from measure import interleaved, table, versions
 
+from drake_racket.cases.case import load_scenario
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.engines.drake.engine import run
 from drake_racket.io.shipped import data_directory
-from drake_racket.parameters.scenario import Scenario, load_scenario
-from drake_racket.simulation import run
+from drake_racket.parameters.scenario import Scenario
 
 REPEATS = 5
 EVALUATIONS = 200

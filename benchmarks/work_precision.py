@@ -34,9 +34,10 @@ from measure import table, versions
 from numpy.typing import NDArray
 
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.engines.drake.engine import SimulationError
 from drake_racket.parameters.scenario import SCHEMES, IntegratorSettings, Scenario
 from drake_racket.results.impact import ImpactResult
-from drake_racket.simulation import SimulationError, simulate
+from drake_racket.simulation import simulate
 
 FIGURE = Path(__file__).parents[1] / "docs" / "figures" / "performance_work_precision.png"
 CASES = {

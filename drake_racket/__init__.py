@@ -5,7 +5,9 @@ doi:10.1007/s12283-010-0056-x. Compose it on your own plant with `add_racket`, `
 `add_impact`, or run the ready-made case with `simulate`.
 """
 
+from drake_racket.cases.case import load_scenario
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.engines.drake.engine import SimulationError, configure_integrator
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_csv, write_figure, write_netcdf, write_table
 from drake_racket.io.shipped import add_to_package_map, sdf_directory
@@ -20,7 +22,7 @@ from drake_racket.parameters.limb import load_upper_limb
 from drake_racket.parameters.limb_settings import LimbSettings
 from drake_racket.parameters.overrides import ParameterKey, apply_overrides, parameter_keys
 from drake_racket.parameters.racket import RacketParameters, load_racket
-from drake_racket.parameters.scenario import IntegratorSettings, Scenario, load_scenario
+from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.plant.ball import Ball, add_ball, set_ball_inertia
 from drake_racket.plant.compose import Impact, add_contact, add_impact, connect_forces
 from drake_racket.plant.grip import Grip, add_grip
@@ -42,9 +44,9 @@ from drake_racket.plant.systems.grip_load import (
 )
 from drake_racket.plant.systems.string_bed import StringBed, StringBed_
 from drake_racket.plots import impact_figure
-from drake_racket.results.energy import balance
+from drake_racket.results.audit import balance
 from drake_racket.results.impact import ImpactResult
-from drake_racket.simulation import SimulationError, configure_integrator, simulate
+from drake_racket.simulation import simulate
 
 __all__ = [
     "Ball",

@@ -9,7 +9,7 @@ import pytest
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_racket.parameters.scenario import parse_scenario
+from drake_racket.cases.case import parse_scenario
 
 README = (Path(__file__).resolve().parent.parent / "README.md").read_text(encoding="utf-8")
 

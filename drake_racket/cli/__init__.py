@@ -12,8 +12,8 @@ from typing import Any, NoReturn
 import typer
 
 from drake_racket.cli import animate, identify, impact, plot, show, sweep, validate
+from drake_racket.engines.drake.engine import SimulationError
 from drake_racket.io.errors import InputError, one_line
-from drake_racket.simulation import SimulationError
 
 app = typer.Typer(
     add_completion=False,

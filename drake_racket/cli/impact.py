@@ -12,11 +12,12 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from drake_racket.cases.case import check_scenario, load_scenario
 from drake_racket.cli.console import new_console
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
 from drake_racket.parameters.quantities import sourced_fields
-from drake_racket.parameters.scenario import Scenario, check_scenario, load_scenario
+from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult
 from drake_racket.simulation import simulate
 

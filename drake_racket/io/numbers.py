@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import numbers
+import re
 from typing import Any
 
 import numpy as np
@@ -34,26 +35,37 @@ def number_between(key: str, value: object, least: float, most: float, unit: str
 
 
 def plain_numbers(settings: Any) -> None:
-    """Makes Python floats of a dataclass's numbers, also those in its lists, dicts and dataclasses.
+    """Makes Python floats of a frozen dataclass's numbers, and tuples of its lists.
 
     Equal settings then have one YAML and JSON text, whoever computed their numbers. What is no
-    number is left as it is, for the checks to refuse. Annotations must not be postponed.
+    number is left as it is, for the checks to refuse.
     """
     for item in dataclasses.fields(settings):
-        if item.type not in (str, bool):
-            setattr(settings, item.name, _plain(getattr(settings, item.name)))
+        object.__setattr__(settings, item.name, _plain(getattr(settings, item.name)))
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_plain(x) for x in value]
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return tuple(_plain(x) for x in value)
     if isinstance(value, dict):
         return {key: _plain(x) for key, x in value.items()}
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        plain_numbers(value)
-        return value
     number = _as_float(value)
     return value if number is None else number
+
+
+def as_number(value: object) -> float | None:
+    """A real number, or text that is one, as a Python float; None for what is neither.
+
+    Text counts as YAML 1.2 writes numbers: without underscores and without blanks.
+    """
+    if isinstance(value, str):
+        return float(value) if _NUMBER.fullmatch(value) else None
+    return _as_float(value)
+
+
+_NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", re.ASCII)
 
 
 def _as_float(value: object) -> float | None:

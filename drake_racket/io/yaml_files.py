@@ -1,31 +1,74 @@
-"""Typed YAML files: Drake's loader, with errors that name the key, the value and what is allowed.
+"""YAML text becomes plain data here, by the rules of YAML 1.2, and plain data becomes text.
 
-Drake's `yaml_load_typed` turns a document into dataclasses. Its messages name only the innermost
-key, it keeps the last of two equal keys, and it leaves signs, units and ranges to the caller. This
-module checks the raw tree against the dataclasses first, then lets Drake build them.
+PyYAML reads YAML 1.1, in which `025` is octal, `0:25` counts in sixties, `1e-3` is text and `no` is
+false. The tables below are the core schema of YAML 1.2 (yaml.org/spec/1.2.2, section 10.3.2).
 """
 
 from __future__ import annotations
 
-import copy
-import dataclasses
 import functools
-import math
 import os
-import types
+import re
 import typing
-import unicodedata
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import yaml
-from pydrake.common.yaml import yaml_dump, yaml_load_typed
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import read
 
 T = TypeVar("T")
 
 MAX_BYTES = 100_000  # a parameter file is a few kB; this stops a wrong file early
+
+_CORE = (
+    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    ("bool", r"true|True|TRUE|false|False|FALSE", list("tTfF")),
+    ("int", r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", list("-+0123456789")),
+    (
+        "float",
+        r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
+        r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)",
+        list("-+0123456789."),
+    ),
+)
+
+
+class _Loader(yaml.SafeLoader):
+    """PyYAML's safe loader with the scalars of YAML 1.2."""
+
+    yaml_implicit_resolvers: ClassVar[dict[str, list[Any]]] = {}
+
+
+class _Dumper(yaml.SafeDumper):
+    """PyYAML's safe dumper, which quotes what `_Loader` would take for a number."""
+
+    yaml_implicit_resolvers: ClassVar[dict[str, list[Any]]] = {}
+
+
+for _tag, _pattern, _first in _CORE:
+    for _kind in (_Loader, _Dumper):
+        _kind.add_implicit_resolver(
+            f"tag:yaml.org,2002:{_tag}", re.compile(f"(?:{_pattern})\\Z"), _first
+        )
+
+
+def _integer(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int:
+    text = str(loader.construct_scalar(node))
+    for prefix, base in (("0o", 8), ("0x", 16)):
+        if text.startswith(prefix):
+            return int(text[2:], base)
+    return int(text)
+
+
+def _float(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
+    text = str(loader.construct_scalar(node)).lower()
+    return float(text.replace(".inf", "inf").replace(".nan", "nan"))
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _integer)
+_Loader.add_constructor("tag:yaml.org,2002:float", _float)
 
 
 def name_or_path(given: str | os.PathLike[str], key: str) -> str:
@@ -38,21 +81,38 @@ def name_or_path(given: str | os.PathLike[str], key: str) -> str:
     return text
 
 
-def load_file(path: Path, schema: type[T], *, complete: bool) -> T:
-    """Reads `path` into the dataclass `schema`.
-
-    Args:
-        complete: every field must be present (parameter files); otherwise missing fields keep
-            the dataclass's defaults (scenarios).
+def load_file(path: Path, schema: type[T]) -> T:
+    """Reads a YAML file into the frozen dataclass `schema`; see `schema.read`.
 
     Raises:
         InputError: the file cannot be read, is not YAML, or does not fit the schema.
 
     """
-    return load_text(_read(path), schema, where=str(path), complete=complete)
+    return load_text(read_text(path), schema, where=str(path))
 
 
-def _read(path: Path) -> str:
+def load_text(text: str, schema: type[T], *, where: str) -> T:
+    """Reads YAML `text` into the frozen dataclass `schema`; see `load_file`.
+
+    Equal texts share one object: a study loads the same few files thousands of times.
+    """
+    made: T = _load(text, typing.cast(Any, schema), where)
+    return made
+
+
+@functools.lru_cache(maxsize=64)
+def _load(text: str, schema: Any, where: str) -> Any:
+    tree = parse_tree(text, where)
+    return read({} if tree is None else tree, schema, where)
+
+
+def read_text(path: Path) -> str:
+    """The text of a small YAML file, UTF-8 with or without a byte order mark, or UTF-16 with one.
+
+    Raises:
+        InputError: the file cannot be read, is large, or is no such text.
+
+    """
     try:
         with path.open("rb") as file:  # not stat: /dev/zero and pipes have no size
             data = file.read(MAX_BYTES + 1)
@@ -67,28 +127,17 @@ def _read(path: Path) -> str:
         raise InputError("file", path, "a readable YAML file (not UTF-8 text)") from None
 
 
-def load_text(text: str, schema: type[T], *, where: str, complete: bool) -> T:
-    """Reads YAML `text` into the dataclass `schema`; see `load_file`."""
-    return typing.cast(T, copy.deepcopy(_load(text, typing.cast(Any, schema), where, complete)))
-
-
-@functools.lru_cache(maxsize=64)
-def _load(text: str, schema: Any, where: str, complete: bool) -> Any:
-    """Kept by text, since a study loads the same few files thousands of times."""
-    tree = parse_tree(text, where)
-    if not isinstance(tree, dict):
-        raise InputError(where, tree, f"a mapping with the keys {_names(schema)}")
-    checked = _check(tree, schema, where + ": ", "", complete)
-    return yaml_load_typed(
-        schema=schema, data=yaml_dump(checked), allow_schema_with_no_yaml=not complete
-    )
+def dump_text(tree: Any) -> str:
+    """Plain data as YAML text, keys in their order."""
+    text: str = yaml.dump(tree, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+    return text
 
 
 def parse_tree(text: str, where: str) -> Any:
     """YAML text as mappings, lists and scalars, repeated keys refused; raises InputError."""
     loader = None
     try:
-        loader = yaml.SafeLoader(text)
+        loader = _Loader(text)
         node = loader.get_single_node()
         if node is None:
             return None
@@ -137,77 +186,3 @@ def _check_nodes(node: yaml.Node, where: str, seen: set[int]) -> None:
             keys.add(key.value)
             key.tag = "tag:yaml.org,2002:str"
             _check_nodes(value, where, seen)
-
-
-def _names(schema: type) -> str:
-    return ", ".join(f.name for f in dataclasses.fields(schema))
-
-
-def _check(tree: Any, schema: Any, where: str, path: str, complete: bool) -> Any:
-    """Returns `tree` made ready for Drake's loader, or raises an InputError naming `path`."""
-    key = where + (path or "document")
-    origin, args = typing.get_origin(schema), typing.get_args(schema)
-    if origin in (typing.Union, types.UnionType):
-        if tree is None:
-            return None
-        return _check(tree, args[0], where, path, complete)
-    if dataclasses.is_dataclass(schema):
-        return _check_mapping(tree, typing.cast(type, schema), where, path, complete)
-    if origin is list:
-        if not isinstance(tree, list):
-            raise InputError(key, tree, "a list")
-        return [_check(x, args[0], where, f"{path}[{i}]", complete) for i, x in enumerate(tree)]
-    if origin is dict:
-        if not isinstance(tree, dict):
-            raise InputError(key, tree, "a mapping")
-        return {k: _check(v, args[1], where, f"{path}.{k}", complete) for k, v in tree.items()}
-    if schema is str:
-        if isinstance(tree, bool) or not isinstance(tree, (str, int, float)):
-            raise InputError(key, tree, "a text")
-        return _text(tree, key)
-    if schema is bool:
-        if not isinstance(tree, bool):
-            raise InputError(key, tree, "true or false")
-        return tree
-    if schema is float:
-        return _number(tree, key)
-    raise TypeError(f"{schema!r} is not supported in a typed YAML file")
-
-
-def _check_mapping(tree: Any, schema: type, where: str, path: str, complete: bool) -> Any:
-    if not isinstance(tree, dict):
-        raise InputError(where + (path or "document"), tree, f"a mapping with {_names(schema)}")
-    hints = typing.get_type_hints(schema)
-    prefix = path + "." if path else ""
-    for key in tree:
-        if key not in hints:
-            raise InputError(where + prefix + key, "an unknown key", _names(schema))
-    for name in hints:
-        if complete and name not in tree:
-            raise InputError(where + prefix + name, "nothing", "this key must be given")
-    return {
-        name: _check(value, hints[name], where, prefix + name, complete)
-        for name, value in tree.items()
-    }
-
-
-def _number(value: Any, key: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise InputError(key, value, "a number")
-    try:
-        number = float(value)  # YAML 1.1 reads 1e-3 (no dot) as text
-    except (ValueError, OverflowError):
-        raise InputError(key, value, "a number") from None
-    if not math.isfinite(number):
-        raise InputError(key, value, "a finite number")
-    return number
-
-
-def _text(value: str | int | float, key: str) -> str:
-    try:
-        text = str(value)
-    except ValueError:  # an int beyond sys.get_int_max_str_digits()
-        raise InputError(key, value, "a text") from None
-    if any(unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" for c in text):
-        raise InputError(key, value, "a text without control characters")
-    return text

@@ -1,16 +1,7 @@
-"""Torques at the ends of joints' ranges, for continuous plants, which ignore joint limits.
+"""The LeafSystem of passive torques at the ends of a limb's ranges. `laws.limits` has the law.
 
-Law, for a joint of position q and velocity v with the range [lower, upper], with s the angle by
-which it is beyond its upper end (the lower end likewise, with the signs turned):
-
-    s = max(q - upper, 0),    torque = -k s max(1 + d v, 0)
-
-A one-sided spring with the damping of Hunt & Crossley (1975), J. Appl. Mech. 42:440-445: zero
-inside the range, continuous at its end, and never pulling back towards the limit. The spring
-holds k s^2 / 2; the rest of the work is lost. Joints have soft stops of ligament and muscle; the
-shipped stiffnesses k and the damping d are inferred (data/upper_limb.yaml says from what).
-
-A discrete plant enforces its joints' limits itself: there `add_joint_limits` refuses.
+A continuous plant ignores joint limits. A discrete plant enforces them itself: there
+`add_joint_limits` refuses.
 """
 
 from __future__ import annotations
@@ -26,6 +17,7 @@ from pydrake.systems.framework import BasicVector_, DiagramBuilder, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.io.errors import InputError
+from drake_racket.laws.limits import limit_energies, limit_losses, limit_torques
 from drake_racket.limbs.limb import Limb
 from drake_racket.parameters.limb import JOINTS, load_upper_limb
 
@@ -48,33 +40,6 @@ class LimitCoordinates:
     velocities: NDArray[np.int64]
     num_positions: int
     num_velocities: int
-
-
-def _beyond(q: Any, lower: Any, upper: Any) -> tuple[Any, Any]:
-    """Angles (rad) beyond the lower and the upper end, 0 inside."""
-    zero = 0.0 * q
-    return np.maximum(lower - q, zero), np.maximum(q - upper, zero)
-
-
-def limit_torques(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, damping: Any) -> Any:
-    """Torques (N m) on the joints; all arguments and the result have one entry per joint."""
-    below, above = _beyond(q, lower, upper)
-    zero = 0.0 * v
-    up = stiffness * below * np.maximum(1.0 - damping * v, zero)
-    return up - stiffness * above * np.maximum(1.0 + damping * v, zero)
-
-
-def limit_energies(q: Any, lower: Any, upper: Any, stiffness: Any) -> Any:
-    """Energy (J) that each joint's limits hold."""
-    below, above = _beyond(q, lower, upper)
-    return 0.5 * stiffness * (below * below + above * above)
-
-
-def limit_losses(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, damping: Any) -> Any:
-    """Power (W) lost at each joint's limits: what the torque takes less what the spring gains."""
-    below, above = _beyond(q, lower, upper)
-    torque = limit_torques(q, v, lower, upper, stiffness, damping)
-    return -torque * v - stiffness * (above - below) * v
 
 
 @TemplateSystem.define("JointLimits_")

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ForceElementIndex, PrismaticSpring, RevoluteSpring, RigidBody
-from pydrake.systems.framework import BasicVector_, Context, LeafSystem_
+from pydrake.multibody.tree import RigidBody
+from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from drake_racket.laws.totals import LOST_JOINTS, LOST_LIMITS, TORQUE_WORK
 from drake_racket.limbs.limb import Limb
-
-TORQUE_WORK, LOST_JOINTS, LOST_LIMITS = range(3)
 
 
 @TemplateSystem.define("LimbPower_")
@@ -83,31 +82,3 @@ def limb_bodies(limb: Limb, plant: MultibodyPlant) -> list[RigidBody]:
         for index in plant.GetBodyIndices(instance)
     ]
     return [body for body in bodies if body.get_mass(context) > 0.0]
-
-
-def joint_energy(limb: Limb, plant: MultibodyPlant, context: Context) -> float:
-    """Energy (J) of the joints' rotors (kinetic) and of springs on them, which no body holds."""
-    ours = {joint.index() for joint in limb.joints}
-    energy, velocities = 0.0, plant.GetVelocities(context)
-    for actuator in (plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices()):
-        if actuator.joint().index() in ours:
-            rate = float(velocities[actuator.joint().velocity_start()])
-            energy += 0.5 * float(actuator.calc_reflected_inertia(context)) * rate * rate
-    for i in range(plant.num_force_elements()):
-        spring = plant.get_force_element(ForceElementIndex(i))
-        if isinstance(spring, RevoluteSpring) and spring.joint().index() in ours:
-            turned = float(spring.joint().get_angle(context) - spring.GetNominalAngle(context))
-            energy += 0.5 * float(spring.GetStiffness(context)) * turned * turned
-        elif isinstance(spring, PrismaticSpring) and spring.joint().index() in ours:
-            moved = spring.joint().get_translation(context) - spring.nominal_position()
-            energy += 0.5 * float(spring.stiffness() * moved * moved)
-    return energy
-
-
-def limb_potential(limb: Limb, plant: MultibodyPlant, context: Context) -> float:
-    """Gravity's potential (J) of the limb."""
-    instances = list(limb.model_instances)
-    gravity = plant.gravity_field().gravity_vector()
-    mass = plant.CalcTotalMass(context, instances)
-    com = plant.CalcCenterOfMassPositionInWorld(context, instances)
-    return -float(mass * (gravity @ com))

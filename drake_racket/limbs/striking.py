@@ -25,16 +25,22 @@ from drake_racket.limbs.power import limb_bodies, make_limb_power
 from drake_racket.limbs.stroke import StrokeState, apply_stroke, solve_stroke
 from drake_racket.limbs.torques import JointTorques, add_joint_torques, initial_torques
 from drake_racket.limbs.upper_limb import add_upper_limb
-from drake_racket.parameters.limb import JOINTS, load_upper_limb
+from drake_racket.parameters.limb import JOINTS, UpperLimbParameters, load_upper_limb
 from drake_racket.parameters.limb_settings import LimbSettings
 from drake_racket.plant.grip import Grip
 from drake_racket.plant.racket import Racket
 
 
 def add_striking_limb(
-    plant: MultibodyPlant, settings: LimbSettings, builder: LimbBuilder | None = None
+    plant: MultibodyPlant,
+    settings: LimbSettings,
+    builder: LimbBuilder | None = None,
+    shipped: UpperLimbParameters | None = None,
 ) -> Limb:
     """Adds the limb of the settings, or the caller's own, to `plant`. Before `Finalize`.
+
+    Args:
+        shipped: the shipped limb's parameters, if they are loaded already.
 
     Raises:
         InputError: the settings do not fit, or the caller's limb is none.
@@ -50,10 +56,9 @@ def add_striking_limb(
     turned = RotationMatrix.MakeZRotation(math.radians(settings.trunk_azimuth_deg))
     X_WF = RigidTransform(turned, settings.place)
     if settings.model == "upper_limb":
-        parameters = load_upper_limb(mass=settings.mass or None, height=settings.height or None)
         return add_upper_limb(
             plant,
-            parameters,
+            shipped or load_upper_limb(mass=settings.mass or None, height=settings.height or None),
             side=settings.side,
             X_PF=X_WF,
             grip_rotation=math.radians(settings.grip_rotation_deg),

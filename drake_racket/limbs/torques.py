@@ -25,10 +25,9 @@ from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
 
 from drake_racket.io.errors import InputError
 from drake_racket.limbs.limb import Limb
+from drake_racket.parameters.limb_settings import JOINT_TORQUES
 from drake_racket.parameters.stroke import Vector
 from drake_racket.plant.racket import Racket
-
-JOINT_TORQUES = ("zero", "hold", "carry")
 
 
 def initial_torques(

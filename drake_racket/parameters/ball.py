@@ -1,34 +1,36 @@
 """The ball file and its checks. Every number carries unit, status and source (see `quantities`)."""
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import Text, read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
-from drake_racket.parameters.quantities import Quantity, check_fields, check_name, one
+from drake_racket.parameters.quantities import Of, Quantity, check_name
 
 BALLS = ("penn_titanium",)
 
 
-@dataclass
+@dataclass(frozen=True)
 class BallParameters:
     """A point-mass ball; kb and cb are linear in the normal approach speed; see `contact`."""
 
-    name: str = ""
-    title: str = ""
-    mass: Quantity = one("kg")
-    radius: Quantity = one("m")
-    speed_low: Quantity = one("m/s")
-    speed_high: Quantity = one("m/s")
-    stiffness_low: Quantity = one("N/m")  # kb at speed_low
-    damping_low: Quantity = one("N*s/m", sign="non-negative")  # cb at speed_low
-    stiffness_growth: Quantity = one("1", sign="any")  # kb(high)/kb(low) - 1
-    damping_growth: Quantity = one("1", sign="any")
-    sliding_speed_scale: Quantity = one("m/s")
-    sliding_distance_scale: Quantity = one("m")
-    notes: list[str] = field(default_factory=list)
+    name: Text
+    title: Text
+    mass: Annotated[Quantity, Of("kg")]
+    radius: Annotated[Quantity, Of("m")]
+    speed_low: Annotated[Quantity, Of("m/s")]
+    speed_high: Annotated[Quantity, Of("m/s")]
+    stiffness_low: Annotated[Quantity, Of("N/m")]  # kb at speed_low
+    damping_low: Annotated[Quantity, Of("N*s/m", sign="non-negative")]  # cb at speed_low
+    stiffness_growth: Annotated[Quantity, Of("1", sign="any")]  # kb(high)/kb(low) - 1
+    damping_growth: Annotated[Quantity, Of("1", sign="any")]
+    sliding_speed_scale: Annotated[Quantity, Of("m/s")]
+    sliding_distance_scale: Annotated[Quantity, Of("m")]
+    notes: tuple[Text, ...]
 
 
 def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
@@ -48,15 +50,19 @@ def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
 
 def read_ball(path: Path) -> BallParameters:
     """Reads and checks one ball file; raises InputError."""
-    ball = load_file(path, BallParameters, complete=True)
-    check_ball(ball, str(path))
+    ball = load_file(path, BallParameters)
+    _check_whole(ball, str(path))
     return ball
 
 
 def check_ball(ball: BallParameters, where: str = "ball") -> None:
     """Checks units, signs and ranges; raises InputError."""
+    _check_whole(read(ball, BallParameters, where), where)
+
+
+def _check_whole(ball: BallParameters, where: str) -> None:
+    """What no single value shows."""
     check_name(ball.name, where)
-    check_fields(ball, where)
     if ball.speed_high.value <= ball.speed_low.value:
         raise InputError(
             f"{where}: speed_high.value", ball.speed_high.value, f"above {ball.speed_low.value}"

@@ -8,16 +8,16 @@ every use should show what another grip does (`loose`, `tight`, `GripStiffness.s
 import dataclasses
 import math
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-
-import yaml
+from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_text
+from drake_racket.io.schema import Text, read
 from drake_racket.io.shipped import data_directory
-from drake_racket.io.yaml_files import load_file, name_or_path
-from drake_racket.parameters.quantities import Quantities, check_fields, many
+from drake_racket.io.yaml_files import dump_text, load_file, name_or_path
+from drake_racket.parameters.quantities import Of, Quantities
 
 GRIPS = ("loose", "normal", "tight")
 
@@ -25,17 +25,17 @@ GRIP_KINDS = ("compliant", "torsional", "weld")
 """Six spring-dampers; three torsional ones about a point that the hand holds; or rigid."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class GripStiffness:
     """The six spring-dampers of a grip: lists of three, about or along x, y and z of the hand."""
 
-    name: str = ""
-    title: str = ""
-    force_stiffness: Quantities = many("N/m", sign="non-negative", least=3)
-    force_damping: Quantities = many("N*s/m", sign="non-negative", least=3)
-    torque_stiffness: Quantities = many("N*m/rad", sign="non-negative", least=3)
-    torque_damping: Quantities = many("N*m*s/rad", sign="non-negative", least=3)
-    notes: list[str] = field(default_factory=list)
+    name: Text
+    title: Text
+    force_stiffness: Annotated[Quantities, Of("N/m", sign="non-negative", least=3)]
+    force_damping: Annotated[Quantities, Of("N*s/m", sign="non-negative", least=3)]
+    torque_stiffness: Annotated[Quantities, Of("N*m/rad", sign="non-negative", least=3)]
+    torque_damping: Annotated[Quantities, Of("N*m*s/rad", sign="non-negative", least=3)]
+    notes: tuple[Text, ...]
 
     def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
         """All six stiffnesses times `factor`; the dampings times `damping_factor`.
@@ -66,7 +66,7 @@ class GripStiffness:
 def _times(values: Quantities, factor: float) -> Quantities:
     if factor == 1.0:
         return values
-    scaled = [factor * x for x in values.value]
+    scaled = tuple(factor * x for x in values.value)
     return Quantities(scaled, values.unit, "inferred", f"{factor:g} times: {values.source}")
 
 
@@ -84,8 +84,8 @@ def load_grip(grip: str | os.PathLike[str] = "normal") -> GripStiffness:
         path = data_directory() / f"grip_{grip}.yaml"
     else:
         raise InputError("grip", grip, f"{', '.join(GRIPS)} or a path ending in .yaml")
-    loaded = load_file(path, GripStiffness, complete=True)
-    check_grip(loaded, str(path))
+    loaded = load_file(path, GripStiffness)
+    _check_whole(loaded, str(path))
     return loaded
 
 
@@ -97,13 +97,17 @@ def write_grip(grip: GripStiffness, path: Path) -> None:
 
     """
     check_grip(grip)
-    text = yaml.safe_dump(dataclasses.asdict(grip), sort_keys=False, allow_unicode=True)
+    text = dump_text(dataclasses.asdict(grip))
     write_text(text, path)
 
 
 def check_grip(grip: GripStiffness, where: str = "grip") -> None:
     """Checks units, signs, counts and provenance; raises InputError."""
-    check_fields(grip, where)
+    _check_whole(read(grip, GripStiffness, where), where)
+
+
+def _check_whole(grip: GripStiffness, where: str) -> None:
+    """What no single value shows."""
     for item in dataclasses.fields(grip):
         values = getattr(grip, item.name)
         if isinstance(values, Quantities) and len(values.value) != 3:

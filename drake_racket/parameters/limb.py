@@ -8,17 +8,19 @@ and its transverse axis from side to side in the anatomical position (arm hangin
 import dataclasses
 import math
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
+from drake_racket.io.schema import Text, read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
-from drake_racket.parameters.quantities import Quantity, check_fields, one
+from drake_racket.parameters.quantities import Of, Quantity, check_name
 
 UPPER_LIMBS = ("upper_limb",)
 SEGMENTS = ("upper_arm", "forearm", "hand")
@@ -34,72 +36,74 @@ JOINTS = (
 """The limb's joints from the trunk to the hand, each named after its positive direction."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Subject:
     """Whose limb it is."""
 
-    mass: Quantity = one("kg")
-    height: Quantity = one("m")
+    mass: Annotated[Quantity, Of("kg")]
+    height: Annotated[Quantity, Of("m")]
 
 
-@dataclass
+@dataclass(frozen=True)
 class Segment:
     """One rigid segment, from its proximal to its distal joint centre."""
 
-    length: Quantity = one("m")
-    mass_fraction: Quantity = one("1")  # of the body's mass
-    com: Quantity = one("1")  # from the proximal end, of the length
-    gyration_sagittal: Quantity = one("1")  # radii of gyration about the COM, of the length
-    gyration_transverse: Quantity = one("1")
-    gyration_longitudinal: Quantity = one("1")
+    length: Annotated[Quantity, Of("m")]
+    mass_fraction: Annotated[Quantity, Of("1")]  # of the body's mass
+    com: Annotated[Quantity, Of("1")]  # from the proximal end, of the length
+    gyration_sagittal: Annotated[
+        Quantity, Of("1")
+    ]  # radii of gyration about the COM, of the length
+    gyration_transverse: Annotated[Quantity, Of("1")]
+    gyration_longitudinal: Annotated[Quantity, Of("1")]
 
 
-@dataclass
+@dataclass(frozen=True)
 class GripPlace:
     """Where the racket's grip frame lies in the fist."""
 
-    distal: Quantity = one("m")  # from the wrist along the hand
-    palmar: Quantity = one("m", sign="non-negative")  # from there out of the palm
-    inclination: Quantity = one("rad", sign="any")  # of butt-to-tip from the thumb's side to distal
+    distal: Annotated[Quantity, Of("m")]  # from the wrist along the hand
+    palmar: Annotated[Quantity, Of("m", sign="non-negative")]  # from there out of the palm
+    inclination: Annotated[Quantity, Of("rad", sign="any")]  # butt to tip, from radial
 
 
-@dataclass
+@dataclass(frozen=True)
 class JointParameters:
     """One joint: its range of motion, its damping, and the stiffness of the range's ends."""
 
-    lower: Quantity = one("rad", sign="any")
-    upper: Quantity = one("rad", sign="any")
-    damping: Quantity = one("N*m*s/rad", sign="non-negative")
-    limit_stiffness: Quantity = one("N*m/rad", sign="non-negative")
+    lower: Annotated[Quantity, Of("rad", sign="any")]
+    upper: Annotated[Quantity, Of("rad", sign="any")]
+    damping: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
+    limit_stiffness: Annotated[Quantity, Of("N*m/rad", sign="non-negative")]
 
 
-@dataclass
+@dataclass(frozen=True)
 class JointSet:
     """The seven joints."""
 
-    shoulder_abduction: JointParameters = field(default_factory=JointParameters)
-    shoulder_flexion: JointParameters = field(default_factory=JointParameters)
-    shoulder_rotation: JointParameters = field(default_factory=JointParameters)
-    elbow_flexion: JointParameters = field(default_factory=JointParameters)
-    forearm_pronation: JointParameters = field(default_factory=JointParameters)
-    wrist_flexion: JointParameters = field(default_factory=JointParameters)
-    wrist_deviation: JointParameters = field(default_factory=JointParameters)
+    shoulder_abduction: JointParameters
+    shoulder_flexion: JointParameters
+    shoulder_rotation: JointParameters
+    elbow_flexion: JointParameters
+    forearm_pronation: JointParameters
+    wrist_flexion: JointParameters
+    wrist_deviation: JointParameters
 
 
-@dataclass
+@dataclass(frozen=True)
 class UpperLimbParameters:
     """The whole content of one parameter file of an upper limb."""
 
-    name: str = ""
-    title: str = ""
-    subject: Subject = field(default_factory=Subject)
-    upper_arm: Segment = field(default_factory=Segment)
-    forearm: Segment = field(default_factory=Segment)
-    hand: Segment = field(default_factory=Segment)
-    grip: GripPlace = field(default_factory=GripPlace)
-    joints: JointSet = field(default_factory=JointSet)
-    limit_damping: Quantity = one("s/rad", sign="non-negative")
-    notes: list[str] = field(default_factory=list)
+    name: Text
+    title: Text
+    subject: Subject
+    upper_arm: Segment
+    forearm: Segment
+    hand: Segment
+    grip: GripPlace
+    joints: JointSet
+    limit_damping: Annotated[Quantity, Of("s/rad", sign="non-negative")]
+    notes: tuple[Text, ...]
 
     def segment(self, name: str) -> Segment:
         """The segment `upper_arm`, `forearm` or `hand`."""
@@ -165,8 +169,8 @@ def load_upper_limb(
         path = data_directory() / f"{limb}.yaml"
     else:
         raise InputError("limb", limb, f"{', '.join(UPPER_LIMBS)} or a path ending in .yaml")
-    loaded = load_file(path, UpperLimbParameters, complete=True)
-    check_upper_limb(loaded, str(path))
+    loaded = load_file(path, UpperLimbParameters)
+    _check_whole(loaded, str(path))
     return _scaled(loaded, _size("mass", mass), _size("height", height))
 
 
@@ -219,9 +223,12 @@ def _times(length: Quantity, factor: float) -> Quantity:
 
 def check_upper_limb(limb: UpperLimbParameters, where: str = "upper_limb") -> None:
     """Checks units, signs, provenance, inertias and ranges; raises InputError."""
-    if not (limb.name.isascii() and limb.name.isidentifier()):
-        raise InputError(f"{where}: name", limb.name, "letters, digits and _ (not first a digit)")
-    check_fields(limb, where)
+    _check_whole(read(limb, UpperLimbParameters, where), where)
+
+
+def _check_whole(limb: UpperLimbParameters, where: str) -> None:
+    """What no single value shows."""
+    check_name(limb.name, where)
     for name in SEGMENTS:
         segment = limb.segment(name)
         for key in ("mass_fraction", "com"):

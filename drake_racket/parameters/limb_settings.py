@@ -1,17 +1,19 @@
-"""The part of a scenario that says which limb holds the racket, and in which stroke.
+"""The part of a scenario that says which limb holds the racket, and in which stroke."""
 
-Drake's typed YAML reads the annotations of this class as types: they are not postponed here.
-"""
+from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
-from drake_racket.io.errors import InputError
-from drake_racket.io.numbers import number_between, plain_numbers
-from drake_racket.limbs.torques import JOINT_TORQUES
-from drake_racket.parameters.stroke import Stroke, check_stroke
+from drake_racket.io.numbers import plain_numbers
+from drake_racket.io.schema import Flag, Number, OneOf, Text, Three, Vector
+from drake_racket.parameters.stroke import Stroke
+
+JOINT_TORQUES = ("zero", "hold", "carry")
+"""What the limb's muscles do during the impact; see `limbs.torques`."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class LimbSettings:
     """A limb, where it stands, and what it does. SI units; angles in degrees, as their names say.
 
@@ -31,17 +33,17 @@ class LimbSettings:
 
     """
 
-    model: str = "upper_limb"
-    side: str = "right"
-    mass: float = 0.0
-    height: float = 0.0
-    grip_rotation_deg: float = 0.0
-    place: list[float] = field(default_factory=lambda: [0.0, 0.0, 1.4])
-    trunk_azimuth_deg: float = 0.0
-    base: str = ""
-    hand: str = "hand"
-    limits: bool = True
-    joint_torques: str = "hold"
+    model: Text = "upper_limb"
+    side: Annotated[str, OneOf("right", "left")] = "right"
+    mass: Annotated[float, Number("kg", 0.0, 300.0)] = 0.0
+    height: Annotated[float, Number("m", 0.0, 3.0)] = 0.0
+    grip_rotation_deg: Annotated[float, Number("degrees", -360.0, 360.0)] = 0.0
+    place: Annotated[Vector, Three("m", 100.0)] = (0.0, 0.0, 1.4)
+    trunk_azimuth_deg: Annotated[float, Number("degrees", -360.0, 360.0)] = 0.0
+    base: Text = ""
+    hand: Text = "hand"
+    limits: Flag = True
+    joint_torques: Annotated[str, OneOf(*JOINT_TORQUES)] = "hold"
     stroke: Stroke = field(default_factory=Stroke)
 
     def __post_init__(self) -> None:
@@ -53,36 +55,3 @@ class LimbSettings:
         subject = (self.side, self.mass, self.height, self.grip_rotation_deg)
         place = (*self.place, self.trunk_azimuth_deg)
         return (self.model, *subject, place, self.base, self.hand, self.limits)
-
-
-def check_limb_settings(settings: LimbSettings, where: str = "limb") -> None:
-    """Checks every value but names that need the model; raises InputError.
-
-    Numbers that were set after the settings were made become Python floats.
-    """
-    plain_numbers(settings)
-    for key, kind, text in (
-        ("model", str, "a text"),
-        ("base", str, "a text"),
-        ("hand", str, "a text"),
-        ("limits", bool, "true or false"),
-        ("stroke", Stroke, "a stroke"),
-    ):
-        if not isinstance(getattr(settings, key), kind):
-            raise InputError(f"{where}.{key}", getattr(settings, key), text)
-    if settings.side not in ("right", "left"):
-        raise InputError(f"{where}.side", settings.side, "right, left")
-    if settings.joint_torques not in JOINT_TORQUES:
-        raise InputError(f"{where}.joint_torques", settings.joint_torques, ", ".join(JOINT_TORQUES))
-    if not isinstance(settings.place, list) or len(settings.place) != 3:
-        raise InputError(f"{where}.place", settings.place, "three numbers (m)")
-    for key, values, most in (
-        ("place", settings.place, 100.0),
-        ("grip_rotation_deg", [settings.grip_rotation_deg], 360.0),
-        ("trunk_azimuth_deg", [settings.trunk_azimuth_deg], 360.0),
-    ):
-        for value in values:
-            number_between(f"{where}.{key}", value, -most, most)
-    number_between(f"{where}.mass", settings.mass, 0.0, 300.0)
-    number_between(f"{where}.height", settings.height, 0.0, 3.0)
-    check_stroke(settings.stroke, f"{where}.stroke")

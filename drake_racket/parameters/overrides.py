@@ -218,14 +218,14 @@ def _with_number(item: Any, path: tuple[str, ...], key: str, place: _Place, numb
     values = list(item.value)
     values[place.member] = number
     source = f"{key.rsplit('.', 1)[1]} {note}; the rest: {item.source}"
-    return Quantities(values, item.unit, "inferred", source)
+    return Quantities(tuple(values), item.unit, "inferred", source)
 
 
 def _with_own_springs(racket: RacketParameters) -> RacketParameters:
     """The same string-bed with 24 stiffnesses k1 to k24, one a spring, and no rim factors."""
     bed = racket.string_bed
     stiffness = Quantities(
-        _spring_stiffness(racket),
+        tuple(_spring_stiffness(racket)),
         bed.stiffness.unit,
         bed.stiffness.status,
         f"by spring, from: {bed.stiffness.source}",
@@ -235,7 +235,7 @@ def _with_own_springs(racket: RacketParameters) -> RacketParameters:
         bed.springs.status,
         f"by spring, from: {bed.springs.source}",
     )
-    factors = dataclasses.replace(bed.rim_factors, value=[])
+    factors = dataclasses.replace(bed.rim_factors, value=())
     new = dataclasses.replace(bed, stiffness=stiffness, rim_factors=factors, springs=springs)
     return dataclasses.replace(racket, string_bed=new)
 

@@ -1,85 +1,122 @@
-"""Numbers that carry their unit, their source and how they are known.
+"""Numbers that carry their unit, their source and how they are known."""
 
-Drake's typed YAML sets the fields of these classes one by one and reads their annotations as types:
-they are not frozen, and this module does not postpone annotations.
-"""
+from __future__ import annotations
 
 import dataclasses
 import typing
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.numbers import finite_number, plain_numbers
+from drake_racket.io.numbers import plain_numbers
+from drake_racket.io.schema import After, Number, OneOf, Text, refusal
 
 STATUSES = ("printed", "calculated", "measured", "fitted", "inferred")
 """How a value is known: printed in the source, calculated from printed numbers, measured or fitted
 by the user, or inferred (the best reading of something that no source says)."""
 
+_Value = Annotated[float, Number("1")]
+_Status = Annotated[str, OneOf(*STATUSES)]
 
-@dataclass
+
+def _source(text: str) -> str:
+    if not text.strip():
+        raise refusal(text, "where the value comes from")
+    return text
+
+
+_Source = Annotated[Text, After(_source)]
+
+
+@dataclass(frozen=True)
 class Quantity:
     """One number with its unit and its provenance."""
 
-    value: float = 0.0
-    unit: str = ""
-    status: str = ""
-    source: str = ""
+    value: _Value
+    unit: Text
+    status: _Status
+    source: _Source
 
     def __post_init__(self) -> None:
         """NumPy's numbers become Python's: SDF and YAML are written from them."""
         plain_numbers(self)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Quantities:
     """A list of numbers of one kind with their unit and provenance."""
 
-    value: list[float] = field(default_factory=list)
-    unit: str = ""
-    status: str = ""
-    source: str = ""
+    value: tuple[_Value, ...]
+    unit: Text
+    status: _Status
+    source: _Source
 
     def __post_init__(self) -> None:
         """As a Quantity's."""
         plain_numbers(self)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Choice:
     """A named reading or convention with its provenance."""
 
-    value: str = ""
-    status: str = ""
-    source: str = ""
+    value: Text
+    status: _Status
+    source: _Source
 
 
-@dataclass
+@dataclass(frozen=True)
 class Assignment:
     """Names of parts of the model -> names of parameters, with provenance."""
 
-    value: dict[str, str] = field(default_factory=dict)
-    status: str = ""
-    source: str = ""
+    value: dict[Text, Text]
+    status: _Status
+    source: _Source
 
 
 Sourced = Quantity | Quantities | Choice | Assignment
 
 
-def one(unit: str, *, sign: str = "positive") -> Any:
-    """A dataclass field that holds a Quantity in `unit`; sign: positive, non-negative or any."""
-    return field(default_factory=Quantity, metadata={"unit": unit, "sign": sign})
+class Of(After):
+    """The rule of a Quantity or of Quantities: its unit and sign, and how many at least.
+
+    Args:
+        unit: as the file must write it.
+        sign: positive, non-negative or any.
+        least: of Quantities, how many numbers there are at least.
+
+    """
+
+    def __init__(self, unit: str, *, sign: str = "positive", least: int = 1) -> None:
+        super().__init__(self._check)
+        self.unit, self.sign, self.least = unit, sign, least
+
+    def _check(self, found: Quantity | Quantities) -> Quantity | Quantities:
+        if found.unit != self.unit:
+            raise refusal(found.unit, repr(self.unit), ".unit")
+        numbers = found.value if isinstance(found, Quantities) else (found.value,)
+        if len(numbers) < self.least:
+            raise refusal(list(numbers), f"at least {self.least} numbers", ".value")
+        for number in numbers:
+            if self.sign == "positive" and not number > 0:
+                raise refusal(number, "more than 0", ".value")
+            if self.sign == "non-negative" and not number >= 0:
+                raise refusal(number, "0 or more", ".value")
+        return found
 
 
-def many(unit: str, *, sign: str = "positive", least: int = 1) -> Any:
-    """A dataclass field that holds Quantities in `unit`, at least `least` of them."""
-    return field(default_factory=Quantities, metadata={"unit": unit, "sign": sign, "least": least})
+class Named(After):
+    """The rule of a Choice: one of some names."""
 
+    def __init__(self, *names: str) -> None:
+        super().__init__(self._check)
+        self.names = names
 
-def choice(*allowed: str) -> Any:
-    """A dataclass field that holds one of the named readings."""
-    return field(default_factory=Choice, metadata={"allowed": allowed})
+    def _check(self, found: Choice) -> Choice:
+        if found.value not in self.names:
+            raise refusal(found.value, ", ".join(self.names), ".value")
+        return found
 
 
 def sourced_fields(parameters: object, path: str = "") -> Iterator[tuple[str, Sourced]]:
@@ -91,45 +128,6 @@ def sourced_fields(parameters: object, path: str = "") -> Iterator[tuple[str, So
             yield key, value
         elif dataclasses.is_dataclass(value):
             yield from sourced_fields(value, key)
-
-
-def check_fields(parameters: object, where: str, path: str = "") -> None:
-    """Checks unit, sign, count, status and source of every value below `parameters`.
-
-    Raises:
-        InputError: naming the first key that does not fit.
-
-    """
-    for item in dataclasses.fields(typing.cast(Any, parameters)):
-        value = getattr(parameters, item.name)
-        key = f"{path}.{item.name}" if path else item.name
-        if isinstance(value, (Quantity, Quantities, Choice, Assignment)):
-            _check_one(value, dict(item.metadata), f"{where}: {key}")
-        elif dataclasses.is_dataclass(value):
-            check_fields(value, where, key)
-
-
-def _check_one(value: Sourced, rule: dict[str, Any], key: str) -> None:
-    if value.status not in STATUSES:
-        raise InputError(f"{key}.status", value.status, ", ".join(STATUSES))
-    if not value.source.strip():
-        raise InputError(f"{key}.source", value.source, "where the value comes from")
-    if isinstance(value, Choice) and value.value not in rule["allowed"]:
-        raise InputError(f"{key}.value", value.value, ", ".join(rule["allowed"]))
-    if isinstance(value, (Choice, Assignment)):
-        return
-    if value.unit != rule["unit"]:
-        raise InputError(f"{key}.unit", value.unit, repr(rule["unit"]))
-    plain_numbers(value)
-    numbers = value.value if isinstance(value, Quantities) else [value.value]
-    if isinstance(value, Quantities) and len(numbers) < rule["least"]:
-        raise InputError(f"{key}.value", numbers, f"at least {rule['least']} numbers")
-    for number in numbers:
-        finite_number(f"{key}.value", number)
-        if rule["sign"] == "positive" and not number > 0:
-            raise InputError(f"{key}.value", number, "more than 0")
-        if rule["sign"] == "non-negative" and not number >= 0:
-            raise InputError(f"{key}.value", number, "0 or more")
 
 
 def check_name(name: str, where: str) -> None:

@@ -11,24 +11,24 @@ Points 1-9 are numbered row by row as seen from +z with the tip up, so that +y i
 import dataclasses
 import math
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
+from drake_racket.io.schema import Text, read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.laws.strings import POINTS, SPRING_NAMES, spring_formula
 from drake_racket.parameters.quantities import (
     Assignment,
     Choice,
+    Named,
+    Of,
     Quantities,
     Quantity,
-    check_fields,
     check_name,
-    choice,
-    many,
-    one,
 )
 
 RACKETS = ("tour", "recreational")
@@ -36,27 +36,27 @@ TENSIONS = ("low", "high")
 JOINT_READINGS = ("by_axis", "as_printed")
 
 
-@dataclass
+@dataclass(frozen=True)
 class Part:
     """A rigid part of the frame. The moments of inertia are about the part's centre of mass."""
 
-    mass: Quantity = one("kg")
-    length: Quantity = one("m")
-    com: Quantity = one("m")  # from the end nearest the butt
-    moi_longitudinal: Quantity = one("kg*m^2")  # about x
-    moi_frontal: Quantity = one("kg*m^2")  # about z, the normal of the string plane
-    moi_transverse: Quantity = one("kg*m^2")  # about y
+    mass: Annotated[Quantity, Of("kg")]
+    length: Annotated[Quantity, Of("m")]
+    com: Annotated[Quantity, Of("m")]  # from the end nearest the butt
+    moi_longitudinal: Annotated[Quantity, Of("kg*m^2")]  # about x
+    moi_frontal: Annotated[Quantity, Of("kg*m^2")]  # about z, the normal of the string plane
+    moi_transverse: Annotated[Quantity, Of("kg*m^2")]  # about y
 
 
-@dataclass
+@dataclass(frozen=True)
 class ThroatJoint:
     """The two torsional spring-dampers between handle and head, labelled as the source prints."""
 
-    reading: Choice = choice(*JOINT_READINGS)
-    stiffness_in: Quantity = one("N*m/rad")
-    stiffness_out: Quantity = one("N*m/rad")
-    damping_in: Quantity = one("N*m*s/rad", sign="non-negative")
-    damping_out: Quantity = one("N*m*s/rad", sign="non-negative")
+    reading: Annotated[Choice, Named(*JOINT_READINGS)]
+    stiffness_in: Annotated[Quantity, Of("N*m/rad")]
+    stiffness_out: Annotated[Quantity, Of("N*m/rad")]
+    damping_in: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
+    damping_out: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
 
     def in_plane(self) -> tuple[float, float]:
         """Stiffness (N m/rad) and damping (N m s/rad) of in-plane bending, about z.
@@ -76,52 +76,52 @@ class ThroatJoint:
         return self.stiffness_in.value, self.damping_in.value
 
 
-@dataclass
+@dataclass(frozen=True)
 class StringBedParameters:
     """Nine point masses and 24 springs; see `strings` for the law and the names of the springs."""
 
-    gsc: Quantity = one("m")  # geometric string-bed centre, from the throat joint along x
-    spacing: Quantity = one("m")
-    mass: Quantity = one("kg")  # of all the strings
-    rim_semi_axis_x: Quantity = one("m")
-    rim_semi_axis_y: Quantity = one("m")
-    stringing_tension: Quantity = one("N")
-    initial_tension: Quantity = one("N")  # T0
-    stiffness: Quantities = many("N/m")  # k1, k2, ...
-    rim_factors: Quantities = many("1", least=0)  # p1, p2, ...
-    damping: Quantity = one("N*s/m", sign="non-negative")
-    springs: Assignment = field(default_factory=Assignment)  # spring -> "k4" or "p6*k4"
+    gsc: Annotated[Quantity, Of("m")]  # geometric string-bed centre, from the throat joint along x
+    spacing: Annotated[Quantity, Of("m")]
+    mass: Annotated[Quantity, Of("kg")]  # of all the strings
+    rim_semi_axis_x: Annotated[Quantity, Of("m")]
+    rim_semi_axis_y: Annotated[Quantity, Of("m")]
+    stringing_tension: Annotated[Quantity, Of("N")]
+    initial_tension: Annotated[Quantity, Of("N")]  # T0
+    stiffness: Annotated[Quantities, Of("N/m")]  # k1, k2, ...
+    rim_factors: Annotated[Quantities, Of("1", least=0)]  # p1, p2, ...
+    damping: Annotated[Quantity, Of("N*s/m", sign="non-negative")]
+    springs: Assignment  # spring -> "k4" or "p6*k4"
 
 
-@dataclass
+@dataclass(frozen=True)
 class FrictionParameters:
     """Sliding friction between ball and strings."""
 
-    coefficients: Quantities = many("1", sign="non-negative")  # mu1, mu2, ...
-    points: Assignment = field(default_factory=Assignment)  # point -> "mu1"
+    coefficients: Annotated[Quantities, Of("1", sign="non-negative")]  # mu1, mu2, ...
+    points: Assignment  # point -> "mu1"
 
 
-@dataclass
+@dataclass(frozen=True)
 class Landmarks:
     """Named places on the handle, from the butt along x."""
 
-    grip: Quantity = one("m", sign="non-negative")
-    accelerometer: Quantity = one("m", sign="non-negative")
+    grip: Annotated[Quantity, Of("m", sign="non-negative")]
+    accelerometer: Annotated[Quantity, Of("m", sign="non-negative")]
 
 
-@dataclass
+@dataclass(frozen=True)
 class RacketParameters:
     """One racket with one string-bed: the whole content of one parameter file."""
 
-    name: str = ""
-    title: str = ""
-    handle: Part = field(default_factory=Part)
-    head: Part = field(default_factory=Part)
-    throat_joint: ThroatJoint = field(default_factory=ThroatJoint)
-    landmarks: Landmarks = field(default_factory=Landmarks)
-    string_bed: StringBedParameters = field(default_factory=StringBedParameters)
-    friction: FrictionParameters = field(default_factory=FrictionParameters)
-    notes: list[str] = field(default_factory=list)
+    name: Text
+    title: Text
+    handle: Part
+    head: Part
+    throat_joint: ThroatJoint
+    landmarks: Landmarks
+    string_bed: StringBedParameters
+    friction: FrictionParameters
+    notes: tuple[Text, ...]
 
     def point_in_head(self, number: int) -> tuple[float, float]:
         """Rest position (x, y) (m) of string-bed point 1-9 from the throat joint, in the head."""
@@ -208,7 +208,7 @@ def _at_tension(racket: str, tension: str | float) -> RacketParameters:
         ),
     )
     pairs = zip(low.friction.coefficients.value, high.friction.coefficients.value, strict=True)
-    mu = Quantities([line(a, b) for a, b in pairs], "1", "inferred", source)
+    mu = Quantities(tuple(line(a, b) for a, b in pairs), "1", "inferred", source)
     return dataclasses.replace(
         low,
         name=f"{racket}_{newton:g}N".replace(".", "p"),
@@ -220,15 +220,19 @@ def _at_tension(racket: str, tension: str | float) -> RacketParameters:
 
 def read_racket(path: Path) -> RacketParameters:
     """Reads and checks one racket file; raises InputError."""
-    racket = load_file(path, RacketParameters, complete=True)
-    check_racket(racket, str(path))
+    racket = load_file(path, RacketParameters)
+    _check_whole(racket, str(path))
     return racket
 
 
 def check_racket(racket: RacketParameters, where: str = "racket") -> None:
     """Checks units, signs, counts, assignments and geometry; raises InputError."""
+    _check_whole(read(racket, RacketParameters, where), where)
+
+
+def _check_whole(racket: RacketParameters, where: str) -> None:
+    """What no single value shows."""
     check_name(racket.name, where)
-    check_fields(racket, where)
     for part_name in ("handle", "head"):
         part: Part = getattr(racket, part_name)
         moments = (part.moi_longitudinal, part.moi_transverse, part.moi_frontal)

@@ -1,25 +1,27 @@
-"""One impact as data: the typed scenario that describes a run.
+"""One impact as data: the frozen scenario that describes a run.
 
-Drake's typed YAML reads the annotations of these classes as types: they are not postponed here.
+`cases.resolve` loads what a scenario names and checks the whole.
 """
 
-import dataclasses
+from __future__ import annotations
+
 import math
+import re
 from dataclasses import dataclass, field
-from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import number_between, plain_numbers
-from drake_racket.io.yaml_files import load_file, load_text
+from drake_racket.io.schema import After, Flag, Number, OneOf, Text, Three, Vector, read, refusal
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.grip import GRIP_KINDS, GripStiffness, load_grip
-from drake_racket.parameters.limb_settings import LimbSettings, check_limb_settings
-from drake_racket.parameters.overrides import apply_overrides, check_known, parameter_keys
-from drake_racket.parameters.racket import RacketParameters, load_racket
+from drake_racket.parameters.limb_settings import LimbSettings
+from drake_racket.parameters.overrides import apply_overrides
+from drake_racket.parameters.racket import JOINT_READINGS, RacketParameters, load_racket
 
 SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip", "limb")
 SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")
@@ -27,21 +29,53 @@ MAXIMUM_STEP = 2e-4
 """s, of a run with an impact: the default, and the longest measured (docs/performance.md)."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class IntegratorSettings:
-    """How a continuous plant is integrated; the defaults come from docs/performance.md."""
+    """How a continuous plant is integrated; the defaults come from docs/performance.md.
 
-    scheme: str = "runge_kutta3"
-    accuracy: float = 2e-4  # target of the error control, relative
-    maximum_step: float = 2e-4  # s; the fixed step without error control
-    error_control: bool = True
+    Attributes:
+        scheme: of Drake's integrators.
+        accuracy: target of the error control, relative.
+        maximum_step: s; the fixed step without error control.
+        error_control: steps by the estimated error.
+
+    """
+
+    scheme: Annotated[str, OneOf(*SCHEMES)] = "runge_kutta3"
+    accuracy: Annotated[float, Number("1", 1e-12, 0.1)] = 2e-4
+    maximum_step: Annotated[float, Number("s", 1e-7, 1.0)] = 2e-4
+    error_control: Flag = True
 
     def __post_init__(self) -> None:
         """Numbers become Python floats."""
         plain_numbers(self)
 
 
-@dataclass
+def check_integrator(
+    settings: IntegratorSettings, where: str = "integrator", longest: float = MAXIMUM_STEP
+) -> None:
+    """Checks the settings' ranges, steps up to `longest` (s); raises InputError."""
+    settings = read(settings, IntegratorSettings, where)
+    number_between(f"{where}: maximum_step", settings.maximum_step, 1e-7, longest, "s")
+    if settings.scheme == "runge_kutta2" and settings.error_control:
+        raise InputError(
+            f"{where}: error_control", True, "false with runge_kutta2, which estimates no error"
+        )
+
+
+def _point(text: str) -> str:
+    if text != "auto" and not re.fullmatch(r"[1-9][0-9]*", text, re.ASCII):
+        raise refusal(text, "the number of a string-bed point (1 to 9), or auto")
+    return text
+
+
+def _time_step(step: float) -> float:
+    if 0.0 < step < 1e-7:
+        raise refusal(step, "0, or 1e-7 to 1e-3 s")
+    return step
+
+
+@dataclass(frozen=True)
 class Scenario:
     """One impact. SI units; angles in degrees, as their names say.
 
@@ -68,33 +102,34 @@ class Scenario:
 
     """
 
-    racket: str = "tour"
-    tension: str = "low"
-    ball: str = "penn_titanium"
-    joint_reading: str = ""
-    friction_reading: str = "velocity"
-    reaction_point: str = "ball"
-    support: str = "free"
-    grip: str = "normal"
-    grip_kind: str = "compliant"
+    racket: Text = "tour"
+    tension: Text = "low"
+    ball: Text = "penn_titanium"
+    joint_reading: Annotated[str, OneOf("", *JOINT_READINGS)] = ""
+    friction_reading: Annotated[str, OneOf(*FRICTION_READINGS)] = "velocity"
+    reaction_point: Annotated[str, OneOf(*REACTION_POINTS)] = "ball"
+    support: Annotated[str, OneOf(*SUPPORTS)] = "free"
+    grip: Text = "normal"
+    grip_kind: Annotated[str, OneOf(*GRIP_KINDS)] = "compliant"
     limb: LimbSettings = field(default_factory=LimbSettings)
-    overrides: dict[str, float] = field(default_factory=dict)
-    point: str = "5"
-    offset_x: float = 0.0
-    offset_y: float = 0.0
-    speed: float = 25.0
-    incidence_deg: float = 0.0
-    azimuth_deg: float = 90.0
-    approach_time: float = 0.001
-    after: float = 0.05
-    gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    time_step: float = 0.0
-    audit: bool = True
+    overrides: dict[Text, Any] = field(default_factory=dict)
+    point: Annotated[Text, After(_point)] = "5"
+    offset_x: Annotated[float, Number("m", -0.2, 0.2)] = 0.0
+    offset_y: Annotated[float, Number("m", -0.2, 0.2)] = 0.0
+    speed: Annotated[float, Number("m/s", 0.1, 100.0)] = 25.0
+    incidence_deg: Annotated[float, Number("degrees", 0.0, 80.0)] = 0.0
+    azimuth_deg: Annotated[float, Number("degrees", -360.0, 360.0)] = 90.0
+    approach_time: Annotated[float, Number("s", 0.0, 0.1)] = 0.001
+    after: Annotated[float, Number("s", 1e-4, 2.0)] = 0.05
+    gravity: Annotated[Vector, Three("m/s^2", 100.0)] = (0.0, 0.0, 0.0)
+    time_step: Annotated[float, Number("s", 0.0, 1e-3), After(_time_step)] = 0.0
+    audit: Flag = True
     integrator: IntegratorSettings = field(default_factory=IntegratorSettings)
 
     def __post_init__(self) -> None:
         """Point and tension may be written as numbers; all other numbers become Python floats."""
-        self.point, self.tension = str(self.point), str(self.tension)
+        for name in ("point", "tension"):
+            object.__setattr__(self, name, str(getattr(self, name)))
         plain_numbers(self)
 
     def point_number(self) -> int:
@@ -130,149 +165,3 @@ class Scenario:
                 -self.speed * math.cos(incidence),
             ]
         )
-
-
-# key: (least, most, unit); the bounds keep a typing error from running for hours
-_RANGES: dict[str, tuple[float, float, str]] = {
-    "offset_x": (-0.2, 0.2, "m"),
-    "offset_y": (-0.2, 0.2, "m"),
-    "speed": (0.1, 100.0, "m/s"),
-    "incidence_deg": (0.0, 80.0, "degrees"),
-    "azimuth_deg": (-360.0, 360.0, "degrees"),
-    "approach_time": (0.0, 0.1, "s"),
-    "after": (1e-4, 2.0, "s"),
-    "time_step": (0.0, 1e-3, "s"),
-}
-_CHOICES: dict[str, tuple[str, ...]] = {
-    "joint_reading": ("", "by_axis", "as_printed"),
-    "friction_reading": FRICTION_READINGS,
-    "reaction_point": REACTION_POINTS,
-    "support": SUPPORTS,
-    "grip_kind": GRIP_KINDS,
-    "point": ("1", "2", "3", "4", "5", "6", "7", "8", "9", "auto"),
-}
-
-
-def load_scenario(path: Path) -> Scenario:
-    """Reads and checks a scenario file; keys that it leaves out keep their defaults.
-
-    Raises:
-        InputError: naming the key, the value and what is allowed.
-
-    """
-    scenario = load_file(path, Scenario, complete=False)
-    check_scenario(scenario, str(path))
-    return scenario
-
-
-def parse_scenario(text: str, where: str = "scenario") -> Scenario:
-    """Reads and checks a scenario from YAML text; see `load_scenario`."""
-    scenario = load_text(text, Scenario, where=where, complete=False)
-    check_scenario(scenario, where)
-    return scenario
-
-
-def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
-    """Checks every value, the parameter files it names, and where the ball is aimed.
-
-    Numbers that were set after the scenario was made become Python floats.
-
-    Raises:
-        InputError: naming the key, the value and what is allowed.
-
-    """
-    plain_numbers(scenario)
-    _check_types(scenario, where)
-    for key, choices in _CHOICES.items():
-        value = getattr(scenario, key)
-        if value not in choices:
-            raise InputError(f"{where}: {key}", value, ", ".join(c for c in choices if c))
-    for key, (least, most, unit) in _RANGES.items():
-        number_between(f"{where}: {key}", getattr(scenario, key), least, most, unit)
-    if len(scenario.gravity) != 3:
-        raise InputError(f"{where}: gravity", scenario.gravity, "three numbers (m/s^2)")
-    for number in scenario.gravity:
-        number_between(f"{where}: gravity", number, -100.0, 100.0, "m/s^2")
-    if 0.0 < scenario.time_step < 1e-7:
-        raise InputError(f"{where}: time_step", scenario.time_step, "0, or 1e-7 to 1e-3 s")
-    check_integrator(scenario.integrator, f"{where}: integrator")
-    racket, ball, grip = scenario.load_racket(), scenario.load_ball(), scenario.load_grip()
-    if scenario.overrides:
-        stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
-        check_known(stray, parameter_keys(racket, ball, grip))
-        _check_grip_overrides(scenario, where)
-    check_limb_settings(scenario.limb, f"{where}: limb")
-    _check_aim(scenario, racket, where)
-
-
-def _check_types(scenario: Scenario, where: str) -> None:
-    """YAML is typed as it is read; this is for scenarios that Python code has built."""
-    kinds = (
-        (str, "a text", ("racket", "ball", "grip", *_CHOICES)),
-        (list, "a list", ("gravity",)),
-        (bool, "true or false", ("audit",)),
-        (IntegratorSettings, "IntegratorSettings", ("integrator",)),
-        (LimbSettings, "LimbSettings", ("limb",)),
-        (dict, "keys and numbers", ("overrides",)),
-    )
-    for kind, text, keys in kinds:
-        for key in keys:
-            if not isinstance(getattr(scenario, key), kind):
-                raise InputError(f"{where}: {key}", getattr(scenario, key), text)
-    for key in scenario.overrides:
-        if not isinstance(key, str):
-            raise InputError(f"{where}: overrides", key, "keys that are texts")
-
-
-def _check_grip_overrides(scenario: Scenario, where: str) -> None:
-    """Refuses numbers of a grip that this support or kind of grip does not look at."""
-    for key, value in scenario.overrides.items():
-        if not key.startswith("grip."):
-            continue
-        name = f"{where}: overrides.{key}"
-        if scenario.support not in ("grip", "limb"):
-            raise InputError(name, value, f"no grip's numbers with support {scenario.support}")
-        if scenario.grip_kind == "weld":
-            raise InputError(name, value, "no grip's numbers with grip_kind weld")
-        if scenario.grip_kind == "torsional" and key.startswith("grip.force_"):
-            raise InputError(name, value, "torques alone with grip_kind torsional")
-
-
-def check_integrator(
-    settings: IntegratorSettings, where: str = "integrator", longest: float = MAXIMUM_STEP
-) -> None:
-    """Checks the settings' ranges, steps up to `longest` (s); raises InputError."""
-    if settings.scheme not in SCHEMES:
-        raise InputError(f"{where}.scheme", settings.scheme, ", ".join(SCHEMES))
-    number_between(f"{where}.accuracy", settings.accuracy, 1e-12, 0.1, "1")
-    number_between(f"{where}.maximum_step", settings.maximum_step, 1e-7, longest, "s")
-    if not isinstance(settings.error_control, bool):
-        raise InputError(f"{where}.error_control", settings.error_control, "true or false")
-    if settings.scheme == "runge_kutta2" and settings.error_control:
-        raise InputError(
-            f"{where}.error_control", True, "false with runge_kutta2, which estimates no error"
-        )
-
-
-def _check_aim(scenario: Scenario, racket: RacketParameters, where: str) -> None:
-    centre = np.array(racket.point(5))
-    x, y, _ = scenario.aim(racket) - centre
-    bed = racket.string_bed
-    a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
-    if math.hypot(x / a, y / b) >= 1.0:
-        raise InputError(
-            f"{where}: offset_x, offset_y",
-            (scenario.offset_x, scenario.offset_y),
-            f"an aim within the rim (semi-axes {a:g} x {b:g} m about the centre)",
-        )
-
-
-def changed(scenario: Scenario, **changes: object) -> Scenario:
-    """A checked copy of `scenario` with some values changed; raises InputError."""
-    names = {f.name for f in dataclasses.fields(scenario)}
-    for key in changes:
-        if key not in names:
-            raise InputError(f"scenario: {key}", "an unknown key", ", ".join(sorted(names)))
-    new = dataclasses.replace(scenario, **changes)  # type: ignore[arg-type]
-    check_scenario(new)
-    return new

@@ -5,23 +5,24 @@ the centre of the string-bed: x to the tip, z normal to the strings on the ball'
 named by three angles: how far its normal points below the horizontal (closed), the normal's heading
 (azimuth, from x towards y), and how far the racket's long axis rises above the horizontal (tip
 elevation).
-
-Drake's typed YAML reads the annotations of `Stroke` as types: they are not postponed here.
 """
+
+from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import number_between, plain_numbers
+from drake_racket.io.schema import Number, OneOf, Text, Three, read
 
 Vector = NDArray[np.float64]
 
 TIP_SIDES = ("left", "right")
-_LARGEST = {"position": 10.0, "angular_velocity": 1000.0}
+Free = tuple[float | None, ...]
 _STEEPEST = 89.0  # degrees; at 90 the heading of the face, or of the racket, is not defined
 
 
@@ -84,7 +85,7 @@ class PoseTarget:
         return face_rotation(closed, azimuth, tip_elevation, self.tip_side)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Stroke:
     """What a user asks of the racket at impact. None is free; angles in degrees.
 
@@ -108,16 +109,18 @@ class Stroke:
 
     """
 
-    position: list[float | None] = field(default_factory=lambda: [None, None, None])
-    face_closed_deg: float | None = None
-    face_azimuth_deg: float | None = None
-    tip_elevation_deg: float | None = None
-    tip_side: str = "right"
-    speed: float | None = None
-    velocity_elevation_deg: float = 0.0
-    velocity_azimuth_deg: float = 0.0
-    angular_velocity: list[float | None] = field(default_factory=lambda: [None, None, None])
-    guess_deg: dict[str, float] = field(default_factory=dict)
+    position: Annotated[Free, Three("m", 10.0, free=True)] = (None, None, None)
+    face_closed_deg: Annotated[float, Number("degrees", -_STEEPEST, _STEEPEST)] | None = None
+    face_azimuth_deg: Annotated[float, Number("degrees", -360.0, 360.0)] | None = None
+    tip_elevation_deg: Annotated[float, Number("degrees", -90.0, 90.0)] | None = None
+    tip_side: Annotated[str, OneOf(*TIP_SIDES)] = "right"
+    speed: Annotated[float, Number("m/s", 0.0, 100.0)] | None = None
+    velocity_elevation_deg: Annotated[float, Number("degrees", -90.0, 90.0)] = 0.0
+    velocity_azimuth_deg: Annotated[float, Number("degrees", -360.0, 360.0)] = 0.0
+    angular_velocity: Annotated[Free, Three("rad/s", 1000.0, free=True)] = (None, None, None)
+    guess_deg: dict[Text, Annotated[float, Number("degrees", -1e4, 1e4)]] = field(
+        default_factory=dict
+    )
 
     def __post_init__(self) -> None:
         """Numbers become Python floats."""
@@ -138,44 +141,23 @@ class Stroke:
         return np.concatenate([_nan(self.angular_velocity), speed * np.array(direction)])
 
 
-def _nan(values: list[float | None] | tuple[float | None, ...]) -> Vector:
+def _nan(values: Free) -> Vector:
     return np.array([math.nan if x is None else x for x in values], dtype=float)
 
 
 def check_stroke(stroke: Stroke, where: str = "stroke") -> None:
     """Checks every value but the names in `guess_deg`, which need a limb.
 
-    Numbers that were set after the stroke was made become Python floats.
-
     Raises:
         InputError: naming the key, the value and what is allowed.
 
     """
-    plain_numbers(stroke)
-    for key, most in _LARGEST.items():
-        values = getattr(stroke, key)
-        if not isinstance(values, list) or len(values) != 3:
-            raise InputError(f"{where}: {key}", values, "3 numbers (None: free)")
-        for value in values:
-            if value is not None:
-                number_between(f"{where}: {key}", value, -most, most)
-    for key, most in (("face_closed_deg", _STEEPEST), ("face_azimuth_deg", 360.0)):
-        if getattr(stroke, key) is not None:
-            number_between(f"{where}: {key}", getattr(stroke, key), -most, most)
-    _check_tip(stroke, where)
-    if stroke.speed is not None:
-        number_between(f"{where}: speed", stroke.speed, 0.0, 100.0)
-    number_between(f"{where}: velocity_elevation_deg", stroke.velocity_elevation_deg, -90.0, 90.0)
-    number_between(f"{where}: velocity_azimuth_deg", stroke.velocity_azimuth_deg, -360.0, 360.0)
-    if not isinstance(stroke.guess_deg, dict):
-        raise InputError(f"{where}: guess_deg", stroke.guess_deg, "joint names and degrees")
-    for name, value in stroke.guess_deg.items():
-        number_between(f"{where}: guess_deg.{name}", value, -1e4, 1e4)
+    stroke = read(stroke, Stroke, where)
+    check_tip(stroke, where)
 
 
-def _check_tip(stroke: Stroke, where: str) -> None:
-    if stroke.tip_side not in TIP_SIDES:
-        raise InputError(f"{where}: tip_side", stroke.tip_side, ", ".join(TIP_SIDES))
+def check_tip(stroke: Stroke, where: str) -> None:
+    """Checks that the racket can rise as far as is asked with this face; raises InputError."""
     if stroke.tip_elevation_deg is None:
         return
     whole = stroke.face_closed_deg is not None and stroke.face_azimuth_deg is not None

@@ -68,10 +68,10 @@ class Grip:
 
 def _constants(grip: GripStiffness, kind: str) -> list[list[float]]:
     """Torque stiffness and damping, force stiffness and damping of the bushing."""
-    forces = [grip.force_stiffness.value, grip.force_damping.value]
+    forces = [list(grip.force_stiffness.value), list(grip.force_damping.value)]
     if kind == "torsional":  # the joint holds the point
         forces = [[0.0] * 3, [0.0] * 3]
-    return [grip.torque_stiffness.value, grip.torque_damping.value, *forces]
+    return [list(grip.torque_stiffness.value), list(grip.torque_damping.value), *forces]
 
 
 def add_grip(

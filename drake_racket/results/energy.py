@@ -1,51 +1,58 @@
-"""Where the energy and the momentum are: a meter for what is lost, an audit of the rest.
+"""Where the energy and the momentum are, at one instant or over a whole run.
 
-What is lost is integrated beside the motion by `EnergyMeter`, at the integrator's own order, so
-that the balance closes as well as the motion is solved. What is there is computed from the state.
+What is lost is integrated beside the motion (`plant.systems.energy_meter`), at the integrator's own
+order, so that the balance closes as well as the motion is solved. What is there is computed here
+from the motion of the bodies, for all samples at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import Context
 
-from drake_racket.io.errors import InputError
-from drake_racket.limbs.power import (
-    LOST_JOINTS,
-    LOST_LIMITS,
-    TORQUE_WORK,
-    joint_energy,
-    limb_potential,
-)
-from drake_racket.plant.compose import Impact
-from drake_racket.plant.systems.energy_meter import (
+from drake_racket.engines.trajectory import Mechanism, Motion, Trajectory
+from drake_racket.laws.contact import CONTACT
+from drake_racket.laws.limits import limit_energies
+from drake_racket.laws.phases import GIVEN_UP, KB, PHASE
+from drake_racket.laws.strings import spring_energy
+from drake_racket.laws.totals import (
     COUPLE,
     GRIP,
     IMPULSE,
     LOST_BALL,
     LOST_FRICTION,
     LOST_JOINT,
+    LOST_JOINTS,
+    LOST_LIMITS,
     LOST_STRINGS,
+    TORQUE_WORK,
+    TOTALS,
 )
 
-if TYPE_CHECKING:
-    from drake_racket.limbs.striking import StrikingLimb
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class RigidMotion:
-    """The motion of the rigid body with the racket's present mass distribution and momentum."""
+    """The motion of the rigid body with the racket's present mass distribution and momentum.
 
-    mass: float  # kg
-    velocity: NDArray[np.float64]  # of the centre of mass, in the world (m/s)
-    angular_velocity: NDArray[np.float64]  # in the world (rad/s)
-    kinetic_energy: float  # J
+    One value, or one for each of m samples.
+
+    Attributes:
+        mass: kg.
+        velocity: of the centre of mass, in the world (m/s).
+        angular_velocity: in the world (rad/s).
+        kinetic_energy: J.
+
+    """
+
+    mass: float
+    velocity: Array
+    angular_velocity: Array
+    kinetic_energy: Array
 
 
 @dataclass(frozen=True)
@@ -53,12 +60,12 @@ class Balance:
     """Energies (J) and momenta (N s; N m s about the world's origin) at one instant.
 
     ball: kinetic. contact: stored in the compressed ball. rigid_motion: of the racket as one rigid
-    body with its momentum (0 if clamped). bending: stored at the joint, and the frame's kinetic
-    energy beyond the rigid motion. strings: stored, and kinetic relative to the head. gravity:
-    potential of racket and ball. grip: gone into a hand's springs and dampers. limb: kinetic,
-    potential, and stored at its joints' limits; torque_work: done by its joint torques. lost_*:
-    given up so far; lost_ball includes what compression was left at release. couple: gained from
-    forces that act along different lines.
+    body with its momentum (0 if clamped). bending: stored at the frame's joints, and the frame's
+    kinetic energy beyond the rigid motion. strings: stored, and kinetic relative to the head.
+    gravity: potential of racket and ball. grip: gone into a hand's springs and dampers. limb:
+    kinetic, potential, and stored at its joints' limits; torque_work: done by its joint torques.
+    lost_*: given up so far; lost_ball includes what compression was left at release. couple: gained
+    from forces that act along different lines.
     """
 
     ball: float
@@ -76,142 +83,226 @@ class Balance:
     lost_joint: float
     lost_strings: float
     couple: float
-    linear_momentum: NDArray[np.float64]
-    angular_momentum: NDArray[np.float64]
-    ball_momentum: NDArray[np.float64]
-    impulse_on_ball: NDArray[np.float64]
+    linear_momentum: Array
+    angular_momentum: Array
+    ball_momentum: Array
+    impulse_on_ball: Array
 
     def total(self) -> float:
         """Constant if the run is exact."""
-        return (
-            self.ball
-            + self.contact
-            + self.rigid_motion
-            + self.bending
-            + self.strings
-            + self.gravity
-            + self.grip
-            + self.limb
-            + self.lost_limb
-            - self.torque_work
-            + self.lost_ball
-            + self.lost_friction
-            + self.lost_joint
-            + self.lost_strings
-            - self.couple
-        )
+        return float(sum(sign * getattr(self, name) for name, sign in _SIGNS.items()))
 
 
-def rigid_motion(impact: Impact, plant_context: Context) -> RigidMotion:
-    """The racket's rigid motion: v = P / m, w = I^-1 L about the centre of mass."""
-    racket = impact.racket
-    plant, instances = racket.plant, [racket.model_instance]
-    mass = plant.CalcTotalMass(plant_context, instances)
-    com = plant.CalcCenterOfMassPositionInWorld(plant_context, instances)
-    momentum = plant.CalcSpatialMomentumInWorldAboutPoint(plant_context, instances, com)
-    inertia = plant.CalcSpatialInertia(
-        plant_context, plant.world_frame(), plant.GetBodyIndices(racket.model_instance)
-    )
-    moments = inertia.Shift(com).CalcRotationalInertia().CopyToFullMatrix3()
-    w = np.linalg.solve(moments, momentum.rotational())
-    v = momentum.translational() / mass
-    energy = 0.5 * float(momentum.translational() @ v + momentum.rotational() @ w)
-    return RigidMotion(mass, v, w, energy)
+STORES = tuple(f.name for f in fields(Balance) if not f.name.endswith(("momentum", "on_ball")))
+"""Names of the energies of a balance."""
+
+_SIGNS = {name: -1.0 if name in ("torque_work", "couple") else 1.0 for name in STORES}
 
 
-def balance(
-    impact: Impact,
-    meter: Any,
-    root: Context,
-    *,
-    held: bool,
-    limb: StrikingLimb | None = None,
-) -> Balance:
-    """The balance of one racket and one ball at the state of `root`.
+@dataclass(frozen=True)
+class Balances:
+    """The balance at m samples.
 
-    Args:
-        meter: the EnergyMeter of the impact; its totals are what is lost so far.
-        held: the racket is welded to the world; its rigid motion then counts as bending.
-        limb: that holds the racket.
-
-    Raises:
-        InputError: the impact has no ball.
+    Attributes:
+        energies: (m, 15) J, in the order of STORES.
+        linear_momentum, angular_momentum: (m, 3) of racket and ball.
+        ball_momentum, impulse_on_ball: (m, 3).
 
     """
-    racket, ball = impact.racket, impact.ball
-    if ball is None or impact.contact is None:
-        raise InputError("balance: impact", "without a ball", "an impact with a ball")
-    plant = racket.plant
-    context = plant.GetMyContextFromRoot(root)
-    both = [racket.model_instance, ball.model_instance]
-    origin = np.zeros(3)
-    v_ball = ball.body.EvalSpatialVelocityInWorld(context)
-    ball_momentum = ball.body.get_mass(context) * v_ball.translational()
-    momentum = plant.CalcSpatialMomentumInWorldAboutPoint(context, both, origin)
-    ball_energy = _kinetic_energy(context, [ball.body])
-    rigid = 0.0 if held else rigid_motion(impact, context).kinetic_energy
-    rates = np.array([j.get_translation_rate(context) for j in racket.string_joints])
-    masses = np.array([b.get_mass(context) for b in racket.string_masses])
-    string_motion = 0.5 * float(masses @ (rates * rates))
-    kinetic = _kinetic_energy(context, [b for b in racket.bodies() if b.get_mass(context)])
-    stiffness = racket.bushing.GetTorqueStiffnessConstants(context)
-    angles = racket.out_of_plane.get_angle(context), racket.in_plane.get_angle(context)
-    stored = 0.5 * float(stiffness[1] * angles[0] ** 2 + stiffness[2] * angles[1] ** 2)
-    bed = impact.string_bed
-    strings = bed.GetOutputPort("energy").Eval(bed.GetMyContextFromRoot(root))[0]
-    contact_context = impact.contact.GetMyContextFromRoot(root)
-    contact = impact.contact.GetOutputPort("stored_energy").Eval(contact_context)[0]
-    record = impact.record(root)
-    totals = meter.GetOutputPort("totals").Eval(meter.GetMyContextFromRoot(root))
-    gravity = plant.gravity_field().gravity_vector()
-    com = plant.CalcCenterOfMassPositionInWorld(context, both)
-    return Balance(
-        ball=ball_energy,
-        contact=float(contact),
-        rigid_motion=rigid,
-        bending=stored + kinetic - rigid - string_motion,
-        strings=float(strings) + string_motion,
-        gravity=-plant.CalcTotalMass(context, both) * float(gravity @ com),
-        grip=float(totals[GRIP]),
-        **_limb_energies(limb, root),
-        lost_ball=float(totals[LOST_BALL]) + record.energy_given_up,
-        lost_friction=float(totals[LOST_FRICTION]),
-        lost_joint=float(totals[LOST_JOINT]),
-        lost_strings=float(totals[LOST_STRINGS]),
-        couple=float(totals[COUPLE]),
-        linear_momentum=momentum.translational(),
-        angular_momentum=momentum.rotational(),
-        ball_momentum=ball_momentum,
-        impulse_on_ball=totals[IMPULSE].copy(),
+
+    energies: Array
+    linear_momentum: Array
+    angular_momentum: Array
+    ball_momentum: Array
+    impulse_on_ball: Array
+
+    def totals(self) -> Array:
+        """Energy (m,) that is constant if the run is exact (J)."""
+        return np.sum([s * self.store(n) for n, s in _SIGNS.items()], axis=0)  # type: ignore[no-any-return]
+
+    def store(self, name: str) -> Array:
+        """Energy (m,) in one of STORES (J)."""
+        return self.energies[:, STORES.index(name)]
+
+    def at(self, sample: int) -> Balance:
+        """The balance at one of the samples."""
+        energies = {n: float(e) for n, e in zip(STORES, self.energies[sample], strict=True)}
+        return Balance(
+            **energies,
+            linear_momentum=self.linear_momentum[sample],
+            angular_momentum=self.angular_momentum[sample],
+            ball_momentum=self.ball_momentum[sample],
+            impulse_on_ball=self.impulse_on_ball[sample],
+        )
+
+
+def balances(trajectory: Trajectory, *, held: bool) -> Balances:
+    """The balance at every sample of which the trajectory has the motion.
+
+    Args:
+        trajectory: of an audited run.
+        held: the racket is welded to the world; its rigid motion then counts as bending.
+
+    """
+    mechanism, motion = trajectory.mechanism, trajectory.motion
+    q, v = _state(trajectory)
+    totals, record = trajectory.totals[motion.samples], trajectory.record[motion.samples]
+    moving = Momenta.of(mechanism, motion)
+    racket, ball = list(mechanism.racket), [mechanism.ball]
+    rigid = rigid_motion(moving, racket).kinetic_energy
+    rigid = 0.0 * rigid if held else rigid
+    strings = mechanism.strings
+    rates = v[:, strings.velocity]
+    string_motion = 0.5 * (rates * rates) @ mechanism.bodies.mass[list(strings.bodies)]
+    bent = q[:, mechanism.frame.position]
+    bending = 0.5 * (bent * bent) @ mechanism.frame.stiffness
+    bending = bending + moving.kinetic_energy(racket) - rigid - string_motion
+    limb, torque_work, lost_limb = _limb_energies(trajectory, moving, q, v, totals)
+    columns = {
+        "ball": moving.kinetic_energy(ball),
+        "contact": _stored_in_ball(trajectory),
+        "rigid_motion": rigid,
+        "bending": bending,
+        "strings": stored_in_strings(mechanism, q) + string_motion,
+        "gravity": moving.potential(racket + ball, mechanism.gravity),
+        "grip": totals[:, GRIP],
+        "limb": limb,
+        "torque_work": torque_work,
+        "lost_limb": lost_limb,
+        "lost_ball": totals[:, LOST_BALL] + record[:, GIVEN_UP],
+        "lost_friction": totals[:, LOST_FRICTION],
+        "lost_joint": totals[:, LOST_JOINT],
+        "lost_strings": totals[:, LOST_STRINGS],
+        "couple": totals[:, COUPLE],
+    }
+    return Balances(
+        energies=np.stack([columns[name] for name in STORES], axis=1),
+        linear_momentum=np.sum(moving.linear[:, racket + ball], axis=1),
+        angular_momentum=np.sum(moving.angular[:, racket + ball], axis=1),
+        ball_momentum=moving.linear[:, mechanism.ball],
+        impulse_on_ball=totals[:, IMPULSE],
     )
 
 
-def _limb_energies(limb: StrikingLimb | None, root: Context) -> dict[str, float]:
+@dataclass(frozen=True)
+class Momenta:
+    """Momentum and energy of every body at m samples, in the world.
+
+    Attributes:
+        mass: (b,) kg.
+        place: (m, b, 3) centres of mass (m).
+        moments: (m, b, 3, 3) about the bodies' centres of mass, in the world's axes (kg m^2).
+        linear: (m, b, 3) N s.
+        angular: (m, b, 3) about the world's origin (N m s).
+        kinetic: (m, b) J.
+
+    """
+
+    mass: Array
+    place: Array
+    moments: Array
+    linear: Array
+    angular: Array
+    kinetic: Array
+
+    @staticmethod
+    def of(mechanism: Mechanism, motion: Motion) -> Momenta:
+        """P = m (v + w x c), L = I w + r x p, and (p.v_cm + w.I w) / 2, body by body."""
+        bodies = mechanism.bodies
+        rotation, origin = motion.poses[..., :3], motion.poses[..., 3]
+        w, v = motion.velocities[..., :3], motion.velocities[..., 3:]
+        c = np.einsum("mbij,bj->mbi", rotation, bodies.com)
+        central = bodies.moments - bodies.mass[:, None, None] * _square(bodies.com)
+        moments = np.zeros((*rotation.shape[:2], 3, 3))
+        turning = np.flatnonzero(np.any(central != 0.0, axis=(1, 2)))  # string masses do not
+        turned = rotation[:, turning]
+        moments[:, turning] = turned @ central[turning] @ np.swapaxes(turned, -1, -2)
+        velocity = v + np.cross(w, c)
+        linear = bodies.mass[:, None] * velocity
+        spin = np.einsum("mbij,mbj->mbi", moments, w)
+        kinetic = np.einsum("mbi,mbi->mb", linear, velocity) + np.einsum("mbi,mbi->mb", spin, w)
+        place = origin + c
+        angular = spin + np.cross(place, linear)
+        return Momenta(bodies.mass, place, moments, linear, angular, 0.5 * kinetic)
+
+    def kinetic_energy(self, bodies: Sequence[int]) -> Array:
+        """Kinetic energy (m,) of some bodies (J)."""
+        return np.sum(self.kinetic[:, list(bodies)], axis=1)  # type: ignore[no-any-return]
+
+    def centre_of_mass(self, bodies: Sequence[int]) -> Array:
+        """Common centre of mass (m, 3) of some bodies (m)."""
+        mass = self.mass[list(bodies)]
+        found: Array = np.einsum("b,mbi->mi", mass, self.place[:, list(bodies)]) / np.sum(mass)
+        return found
+
+    def potential(self, bodies: Sequence[int], gravity: Array) -> Array:
+        """Gravity's potential (m,) of some bodies (J)."""
+        along: Array = self.centre_of_mass(bodies) @ gravity
+        return -np.sum(self.mass[list(bodies)]) * along
+
+
+def rigid_motion(moving: Momenta, bodies: Sequence[int]) -> RigidMotion:
+    """The rigid motion of some bodies: v = P / m, w = I^-1 L about their centre of mass."""
+    chosen = list(bodies)
+    total = float(np.sum(moving.mass[chosen]))
+    com = moving.centre_of_mass(chosen)
+    linear = np.sum(moving.linear[:, chosen], axis=1)
+    angular = np.sum(moving.angular[:, chosen], axis=1) - np.cross(com, linear)
+    arms = moving.place[:, chosen] - com[:, None, :]
+    moments = np.sum(moving.moments[:, chosen], axis=1)
+    moments += np.einsum("b,mbij->mij", moving.mass[chosen], _square(arms))
+    w = np.linalg.solve(moments, angular[..., None])[..., 0]
+    v = linear / total
+    energy = 0.5 * (np.einsum("mi,mi->m", linear, v) + np.einsum("mi,mi->m", angular, w))
+    return RigidMotion(total, v, w, energy)
+
+
+def stored_in_strings(mechanism: Mechanism, q: Array) -> Array:
+    """Energy (m,) (J) of the springs above the flat bed."""
+    strings = mechanism.strings
+    dz = q[:, strings.position] @ strings.incidence.T
+    k, slack, length2, _ = strings.constants
+    return np.sum(spring_energy(dz, k, slack, length2), axis=1)  # type: ignore[no-any-return]
+
+
+def _square(r: Array) -> Array:
+    """|r|^2 1 - r r^T: what a unit mass at r adds to the moments about the origin."""
+    dot = np.einsum("...i,...i->...", r, r)
+    return dot[..., None, None] * np.eye(3) - r[..., :, None] * r[..., None, :]  # type: ignore[no-any-return]
+
+
+def _state(trajectory: Trajectory) -> tuple[Array, Array]:
+    """Q and v at the samples of the motion."""
+    state = trajectory.state[trajectory.motion.samples]
+    count = trajectory.mechanism.num_positions
+    return state[:, :count], state[:, count:]
+
+
+def _stored_in_ball(trajectory: Trajectory) -> Array:
+    """Kb x^2 / 2 in contact, (m,) (J)."""
+    record = trajectory.record[trajectory.motion.samples]
+    x = trajectory.contact[trajectory.motion.samples, 2]
+    return np.where(record[:, PHASE] == CONTACT, 0.5 * record[:, KB] * x * x, 0.0)
+
+
+def _limb_energies(
+    trajectory: Trajectory, moving: Momenta, q: Array, v: Array, totals: Array
+) -> tuple[Array, Array, Array]:
+    """Energy in the limb, work of its torques, and what it has lost, (m,) each (J)."""
+    mechanism = trajectory.mechanism
+    limb = mechanism.limb
+    zero = np.zeros(len(q))
     if limb is None:
-        return {"limb": 0.0, "torque_work": 0.0, "lost_limb": 0.0}
-    plant = limb.limb.plant
-    context = plant.GetMyContextFromRoot(root)
-    energy = _kinetic_energy(context, limb.bodies)
-    energy += limb_potential(limb.limb, plant, context) + joint_energy(limb.limb, plant, context)
-    if limb.limits is not None:
-        port = limb.limits.GetOutputPort("energy")
-        energy += float(port.Eval(limb.limits.GetMyContextFromRoot(root))[0])
-    assert limb.energy is not None
-    totals = limb.energy.get_output_port().Eval(limb.energy.GetMyContextFromRoot(root))
-    return {
-        "limb": energy,
-        "torque_work": float(totals[TORQUE_WORK]),
-        "lost_limb": float(totals[LOST_JOINTS] + totals[LOST_LIMITS]),
-    }
-
-
-def _kinetic_energy(context: Context, bodies: Iterable[RigidBody]) -> float:
-    """Kinetic energy (J) of some bodies: sum of V . (M V) / 2 about their own origins."""
-    total = 0.0
-    for body in bodies:
-        velocity = body.EvalSpatialVelocityInWorld(context)
-        inertia = body.CalcSpatialInertiaInBodyFrame(context).ReExpress(
-            body.EvalPoseInWorld(context).rotation()
-        )
-        total += 0.5 * float(velocity.get_coeffs() @ (inertia * velocity).get_coeffs())
-    return total
+        return zero, zero, zero
+    energy = moving.kinetic_energy(limb.massive) + moving.potential(limb.bodies, mechanism.gravity)
+    springs = limb.springs
+    stretched = q[:, springs.position] - springs.nominal
+    energy = energy + 0.5 * (stretched * stretched) @ springs.stiffness
+    turning = v[:, springs.rotor_velocity]
+    energy = energy + 0.5 * (turning * turning) @ springs.rotor_inertia
+    if limb.ranges is not None:
+        r = limb.ranges
+        held = limit_energies(q[:, r.position], r.lower, r.upper, r.stiffness)
+        energy = energy + np.sum(held, axis=1)
+    own = totals[:, TOTALS:]
+    return energy, own[:, TORQUE_WORK], own[:, LOST_JOINTS] + own[:, LOST_LIMITS]

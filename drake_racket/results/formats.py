@@ -96,7 +96,7 @@ def racket_of(history: xarray.Dataset, where: str = "history") -> RacketParamete
     text = history.attrs.get("racket")
     if not isinstance(text, str):
         raise InputError(f"{where}: racket", "nothing", "a history with this attribute")
-    racket = load_text(text, RacketParameters, where=f"{where}: racket", complete=True)
+    racket = load_text(text, RacketParameters, where=f"{where}: racket")
     check_racket(racket, f"{where}: racket")
     return racket
 

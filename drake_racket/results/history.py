@@ -1,59 +1,33 @@
-"""The labelled time history of a run: names, units, frames; no visualizer; see `histories`."""
+"""The labelled time history of a run: names, units, frames; no visualizer; see `formats`."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-import math
-from collections.abc import Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.math import RollPitchYaw
 
+from drake_racket.cases.case import Case
+from drake_racket.engines.trajectory import Mechanism, Trajectory
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import TOUCH
-from drake_racket.laws.strings import SPRING_NAMES
-from drake_racket.limbs.stroke import coordinate_names
+from drake_racket.laws.strings import spring_law
 from drake_racket.plant.properties import frame_fundamentals
-from drake_racket.results.geometry import (
-    LoggedGeometry,
-    handle_rows,
-    landmark_rows,
-)
+from drake_racket.results import kinematics
+from drake_racket.results.energy import STORES, Balances
 
 if TYPE_CHECKING:
     import xarray
-    from pydrake.systems.framework import Context
-
-    from drake_racket.limbs.limb import Limb
-    from drake_racket.results.energy import Balance
-    from drake_racket.simulation import Run
 
 _XYZ = ("x", "y", "z")
-_ENERGIES = (
-    "ball",
-    "contact",
-    "rigid_motion",
-    "bending",
-    "strings",
-    "gravity",
-    "grip",
-    "limb",
-    "torque_work",
-    "lost_limb",
-    "lost_ball",
-    "lost_friction",
-    "lost_joint",
-    "lost_strings",
-    "couple",
-)
+_Row = tuple[str, str | None, str, str, str]
 
 
-def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
-    """Evaluates the outputs of a run at its samples.
+def make_history(case: Case, trajectory: Trajectory, energies: Balances | None) -> xarray.Dataset:
+    """Labels a trajectory of which every sample's motion is known.
 
     Returns:
         A Dataset over `time` (s from touch, or from the start if the ball did not touch); every
@@ -64,53 +38,44 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
     """
     import xarray
 
-    geometry = LoggedGeometry(run)
-    rows = [_sample(run, i, geometry) for i in range(len(run.time))]
-    touch = float(run.contact_state[-1, TOUCH])
+    mechanism = trajectory.mechanism
+    touch = float(trajectory.record[-1, TOUCH])
     zero = touch if np.isfinite(touch) else 0.0
-
-    def column(name: str) -> NDArray[np.float64]:
-        return np.array([row[name] for row in rows])
-
+    columns = _impact_columns(trajectory) | _hand_columns(trajectory) | _limb_columns(trajectory)
+    if energies is not None:
+        columns["energy"] = energies.energies
+    in_world = mechanism.limb is not None
     variables: dict[str, Any] = {}
-    limb = run.system.limb
-    tables = [_VARIABLES]
-    if run.system.grip_load is not None:
-        tables.append(_HAND_VARIABLES)
-    if limb is not None:
-        tables.append(_LIMB_VARIABLES)
-    if geometry.landmarks:
-        tables.append(_LANDMARK_VARIABLES)
-    for name, dimension, *_ in (row for table in tables for row in table):
+    for name in [*(n for n in _ALL if n in columns), *(n for n in columns if n not in _ALL)]:
+        dimension = VARIABLE_DIMENSIONS.get(name)
         dimensions = ("time",) if dimension is None else ("time", dimension)
-        attributes = variable_attributes(name, in_world=limb is not None)
-        variables[name] = (dimensions, column(name), attributes)
-    if balances:
-        energies = np.array([[getattr(b, e) for e in _ENERGIES] for b in balances])
-        variables["energy"] = (("time", "store"), energies, variable_attributes("energy"))
-    dataset = xarray.Dataset(
+        attributes = variable_attributes(name, in_world=in_world)
+        variables[name] = (dimensions, columns[name], attributes)
+    return xarray.Dataset(
         variables,
-        coords={
-            "time": ("time", run.time - zero, dict(TIME_ATTRIBUTES)),
-            "axis": list(_XYZ),
-            "point": np.arange(1, 10),
-            "spring": list(SPRING_NAMES),
-        }
-        | geometry.coordinates()
-        | ({} if limb is None else {"joint": _joint_coordinate(limb.limb)})
-        | ({"store": list(_ENERGIES)} if balances else {}),
-        attrs=_attributes(run) | {"geometry": geometry.attribute()},
+        coords={"time": ("time", trajectory.time - zero, dict(TIME_ATTRIBUTES))}
+        | _coordinates(mechanism)
+        | ({} if energies is None else {"store": list(STORES)}),
+        attrs=_attributes(case) | {"geometry": _geometry(case, mechanism)},
     )
-    return dataset
 
 
-def _joint_coordinate(limb: Limb) -> tuple[str, list[str], dict[str, str]]:
-    """Names of the limb's coordinates; those in m, not rad, are named in `prismatic` (JSON)."""
-    names = list(coordinate_names(limb))
-    sliding = [j.position_start() for j in limb.joints if j.type_name() == "prismatic"]
-    places = limb.position_indices()
-    lengths = [n for n, place in zip(names, places, strict=True) if place in sliding]
-    return "joint", names, {"prismatic": json.dumps(lengths)} if lengths else {}
+def _coordinates(mechanism: Mechanism) -> dict[str, Any]:
+    """The labels of the dimensions beside time."""
+    found: dict[str, Any] = {
+        "axis": list(_XYZ),
+        "point": np.array(mechanism.strings.points),
+        "spring": list(mechanism.strings.springs),
+        "quaternion": ["w", "x", "y", "z"],
+    }
+    if mechanism.landmarks:
+        found["landmark"] = list(mechanism.landmarks)
+    if mechanism.limb is not None:
+        # coordinates in m, not rad, are named in `prismatic` (JSON)
+        sliding = list(mechanism.limb.prismatic)
+        about = {"prismatic": json.dumps(sliding)} if sliding else {}
+        found["joint"] = ("joint", list(mechanism.limb.coordinates), about)
+    return found
 
 
 def after_release(history: xarray.Dataset) -> xarray.Dataset:
@@ -123,7 +88,7 @@ def after_release(history: xarray.Dataset) -> xarray.Dataset:
 _R = "R, the racket's initial frame (butt, x to tip, z normal to strings)"
 _W = "W, the world"
 _B = "head"
-_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
+_VARIABLES: tuple[_Row, ...] = (
     ("ball_position", "axis", "m", _R, "position of the ball's centre"),
     ("ball_velocity", "axis", "m/s", _R, "velocity of the ball's centre"),
     ("in_contact", None, "1", "", "1 in contact, else 0"),
@@ -143,21 +108,30 @@ _VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
     ("gsc_velocity", "axis", "m/s", _R, "velocity of the geometric string-bed centre of the head"),
     ("tip_position", "axis", "m", _R, "position of the tip"),
     ("handle_acceleration", "axis", "m/s^2", "handle", "acceleration of the accelerometer frame"),
-    *handle_rows(_R),
+    ("handle_quaternion", "quaternion", "1", _R, "orientation of the handle's axes"),
 )
 
-_HAND_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
+_HAND_VARIABLES: tuple[_Row, ...] = (
     ("hand_torque", "axis", "N m", "hand", "torque of the racket on the hand about its frame"),
     ("hand_force", "axis", "N", "hand", "force of the racket on the hand"),
     ("grip_angle", "axis", "rad", "hand", "roll, pitch and yaw of the racket in the hand"),
 )
-_LIMB_VARIABLES: tuple[tuple[str, str | None, str, str, str], ...] = (
+_LIMB_VARIABLES: tuple[_Row, ...] = (
     ("joint_position", "joint", "rad", "", "angle of the limb's joints"),
     ("joint_velocity", "joint", "rad/s", "", "rate of the limb's joints"),
     ("joint_torque", "joint", "N m", "", "applied torque on the limb's joints"),
     ("joint_reaction_force", "joint", "N", "", "magnitude of the joint's reaction force"),
 )
-_LANDMARK_VARIABLES = landmark_rows(_R)
+_LANDMARK_VARIABLES: tuple[_Row, ...] = tuple(
+    (
+        f"landmark_{a}",
+        "landmark",
+        "m",
+        _R,
+        f"place of the hand's and the limb's landmarks along {a}",
+    )
+    for a in "xyz"
+)
 _ENERGY = ("energy", "store", "J", "", "energy in each store, or lost so far")
 _ALL = {
     row[0]: row
@@ -170,118 +144,117 @@ VARIABLE_DIMENSIONS = {name: row[1] for name, row in _ALL.items()}
 
 
 def variable_attributes(name: str, *, in_world: bool = False) -> dict[str, str]:
-    """`units`, `long_name` and, of a vector, `frame` of one of VARIABLE_DIMENSIONS.
+    """`units`, `long_name` and, of a vector, `frame` of a variable; others are frame joints.
 
     Args:
         in_world: a limb holds the racket, so that R is somewhere in the world.
 
     """
-    _, _, units, frame, text = _ALL[name]
+    joint = (name, None, "rad", "", f"joint {name.removesuffix('_angle')} of the frame")
+    _, _, units, frame, text = _ALL.get(name, joint)
     attributes = {"units": units, "long_name": text}
     if frame:
         attributes["frame"] = _W if frame == _R and in_world else frame
     return attributes
 
 
-def _sample(run: Run, index: int, geometry: LoggedGeometry) -> dict[str, Any]:
-    """All variables at one sample."""
-    root = run.context_at(index)
-    system = run.system
-    plant, impact = system.plant, system.impact
-    context = plant.GetMyContextFromRoot(root)
-    contact = impact.contact
-    assert contact is not None
-    assert impact.ball is not None
-    phase, point, x, _, normal, fx, fy, vx, vy = contact.GetOutputPort("contact_state").Eval(
-        contact.GetMyContextFromRoot(root)
-    )
-    racket, bed = impact.racket, impact.string_bed
-    bed_context = bed.GetMyContextFromRoot(root)
-    pose = {name: racket.frame(name).CalcPoseInWorld(context) for name in ("butt", "gsc", "tip")}
-    gsc_velocity = racket.frame("gsc").CalcSpatialVelocityInWorld(context)
-    sample = {
-        "ball_position": impact.ball.body.EvalPoseInWorld(context).translation(),
-        "ball_velocity": impact.ball.body.EvalSpatialVelocityInWorld(context).translational(),
-        "in_contact": float(phase == CONTACT),
-        "contact_point": point,
-        "compression": x,
-        "normal_force": normal,
-        "friction_x": fx,
-        "friction_y": fy,
-        "sliding_x": vx,
-        "sliding_y": vy,
-        "string_deflection": bed.GetOutputPort("deflections").Eval(bed_context),
-        "string_tension": bed.GetOutputPort("tensions").Eval(bed_context),
-        "in_plane_angle": racket.in_plane.get_angle(context),
-        "out_of_plane_angle": racket.out_of_plane.get_angle(context),
-        "butt_position": pose["butt"].translation(),
-        "gsc_position": pose["gsc"].translation(),
-        "gsc_velocity": gsc_velocity.translational(),
-        "tip_position": pose["tip"].translation(),
-        "handle_acceleration": handle_acceleration(impact.racket, context),
-    }
-    sample |= geometry.sample(context)
-    if system.grip_load is not None:
-        load_context = system.grip_load.GetMyContextFromRoot(root)
-        load = system.grip_load.GetOutputPort("hand_load").Eval(load_context).copy()
-        sample |= {"hand_torque": load[:3], "hand_force": load[3:]}
-        assert system.grip is not None
-        grip = system.grip
-        turned = grip.racket_frame.CalcPose(context, grip.hand_frame).rotation()
-        sample["grip_angle"] = RollPitchYaw(turned).vector()
-    if system.limb is not None:
-        sample |= _limb_sample(run, root, context)
-    return sample
-
-
-def _limb_sample(run: Run, root: Context, context: Context) -> dict[str, Any]:
-    striking = run.system.limb
-    assert striking is not None
-    limb, plant = striking.limb, run.system.plant
-    selector = striking.torques.selector
-    torques = selector.get_input_port().Eval(selector.GetMyContextFromRoot(root))
-    places = [int(i) for i in plant.GetJointIndices()]
-    if plant.time_step() > 0.0:  # a discrete plant has no reactions at an instant
-        reactions = [math.nan] * len(limb.joints)
-    else:
-        forces = plant.get_reaction_forces_output_port().Eval(context)
-        reactions = [
-            float(np.linalg.norm(forces[places.index(int(j.index()))].translational()))
-            for j in limb.joints
-        ]
-    per_coordinate = np.repeat(reactions, [j.num_velocities() for j in limb.joints])
+def _impact_columns(trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
+    """Ball, contact, strings and frame."""
+    mechanism, motion = trajectory.mechanism, trajectory.motion
+    places, strings, frame = mechanism.places, mechanism.strings, mechanism.frame
+    q = trajectory.state[:, : mechanism.num_positions]
+    v = trajectory.state[:, mechanism.num_positions :]
+    contact = trajectory.contact
     return {
-        "joint_position": plant.GetPositions(context)[limb.position_indices()],
-        "joint_velocity": plant.GetVelocities(context)[limb.velocity_indices()],
-        "joint_torque": torques.copy(),
-        "joint_reaction_force": per_coordinate,
+        "ball_position": motion.poses[:, mechanism.ball, :, 3],
+        "ball_velocity": motion.velocities[:, mechanism.ball, 3:],
+        "in_contact": (contact[:, 0] == CONTACT).astype(float),
+        "contact_point": contact[:, 1],
+        "compression": contact[:, 2],
+        "normal_force": contact[:, 4],
+        "friction_x": contact[:, 5],
+        "friction_y": contact[:, 6],
+        "sliding_x": contact[:, 7],
+        "sliding_y": contact[:, 8],
+        "string_deflection": q[:, strings.position],
+        "string_tension": _tensions(mechanism, q, v),
+        **{
+            f"{name}_angle": q[:, place]
+            for name, place in zip(frame.names, frame.position, strict=True)
+        },
+        "butt_position": kinematics.positions(motion, places["butt"]),
+        "gsc_position": kinematics.positions(motion, places["gsc"]),
+        "gsc_velocity": kinematics.velocities(motion, places["gsc"]),
+        "tip_position": kinematics.positions(motion, places["tip"]),
+        "handle_acceleration": kinematics.handle_accelerations(motion, places["accelerometer"]),
+        "handle_quaternion": kinematics.quaternions(kinematics.rotations(motion, mechanism.handle)),
     }
 
 
-def handle_acceleration(racket: Any, context: Context) -> NDArray[np.float64]:
-    """Acceleration (m/s^2) of the frame `accelerometer` in the handle's axes, (3,).
-
-    The rate of its velocity in the world; an accelerometer would read it less gravity.
-    """
-    plant = racket.plant
-    handle = racket.handle
-    if plant.time_step() > 0.0:
-        return np.full(3, np.nan)  # a discrete plant has no acceleration at an instant
-    pose = handle.EvalPoseInWorld(context)
-    place = racket.frame("accelerometer").GetFixedPoseInBodyFrame().translation()
-    offset = pose.rotation().multiply(place)
-    w = handle.EvalSpatialVelocityInWorld(context).rotational()
-    acceleration = handle.EvalSpatialAccelerationInWorld(context).Shift(offset, w)
-    return pose.rotation().matrix().T @ acceleration.translational()  # type: ignore[no-any-return]
+def _tensions(
+    mechanism: Mechanism, q: NDArray[np.float64], v: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    strings = mechanism.strings
+    dz = q[:, strings.position] @ strings.incidence.T
+    rate = v[:, strings.velocity] @ strings.incidence.T
+    return np.asarray(spring_law(dz, rate, *strings.constants)[1])
 
 
-def _attributes(run: Run) -> dict[str, Any]:
-    racket = run.scenario.load_racket()  # the Diagram may have been built for another tension
-    in_plane, out_of_plane = frame_fundamentals(racket)
+def _hand_columns(trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
+    """The load on a hand, how the racket has turned in it, and the landmarks."""
+    mechanism, motion = trajectory.mechanism, trajectory.motion
+    found: dict[str, NDArray[np.float64]] = {}
+    if motion.hand_load is not None:
+        hand, racket = mechanism.places["hand"], mechanism.places["racket_grip"]
+        R_WH = kinematics.frame_rotations(motion, hand)
+        R_WG = kinematics.frame_rotations(motion, racket)
+        found["hand_torque"] = motion.hand_load[:, :3]
+        found["hand_force"] = motion.hand_load[:, 3:]
+        found["grip_angle"] = kinematics.roll_pitch_yaw(np.swapaxes(R_WH, -1, -2) @ R_WG)
+    if mechanism.landmarks:
+        places = [mechanism.places[f"landmark {name}"] for name in mechanism.landmarks]
+        at = np.stack([kinematics.positions(motion, place) for place in places], axis=1)
+        found |= {f"landmark_{axis}": at[:, :, i] for i, axis in enumerate(_XYZ)}
+    return found
+
+
+def _limb_columns(trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
+    """The limb's joints."""
+    limb, motion = trajectory.mechanism.limb, trajectory.motion
+    if limb is None:
+        return {}
+    assert motion.joint_torque is not None
+    assert motion.joint_reaction is not None
+    first = trajectory.mechanism.num_positions
     return {
-        "title": f"Impact of {racket.title}",
-        "scenario": json.dumps(dataclasses.asdict(run.scenario)),
-        "racket": json.dumps(dataclasses.asdict(racket)),
+        "joint_position": trajectory.state[:, limb.position],
+        "joint_velocity": trajectory.state[:, first + limb.velocity],
+        "joint_torque": motion.joint_torque,
+        "joint_reaction_force": motion.joint_reaction,
+    }
+
+
+def _geometry(case: Case, mechanism: Mechanism) -> str:
+    """Lengths (m) of racket and ball, and the limb's segments: what a drawing needs, as JSON."""
+    racket, bed = case.racket, case.racket.string_bed
+    lengths = {
+        "handle_length": racket.handle.length.value,
+        "head_length": racket.head.length.value,
+        "gsc": bed.gsc.value,
+        "spacing": bed.spacing.value,
+        "rim_semi_axis_x": bed.rim_semi_axis_x.value,
+        "rim_semi_axis_y": bed.rim_semi_axis_y.value,
+        "ball_radius": case.ball.radius.value,
+    }
+    return json.dumps(lengths | {"segments": [list(pair) for pair in mechanism.segments]})
+
+
+def _attributes(case: Case) -> dict[str, Any]:
+    in_plane, out_of_plane = frame_fundamentals(case.racket)
+    return {
+        "title": f"Impact of {case.racket.title}",
+        "scenario": json.dumps(dataclasses.asdict(case.scenario)),
+        "racket": json.dumps(dataclasses.asdict(case.racket)),
         "frame_in_plane_hz": in_plane,
         "frame_out_of_plane_hz": out_of_plane,
         "drake_racket_version": version("drake-racket"),

@@ -10,18 +10,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_racket.cases.case import Case
+from drake_racket.engines.trajectory import Trajectory
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
-from drake_racket.limbs.striking import limits_are_ours
 from drake_racket.parameters.ball import BallParameters
-from drake_racket.results.energy import Balance, balance, rigid_motion
+from drake_racket.parameters.scenario import Scenario
+from drake_racket.results.energy import (
+    Balance,
+    Balances,
+    Momenta,
+    RigidMotion,
+    balances,
+    rigid_motion,
+)
 from drake_racket.results.history import make_history
+from drake_racket.results.kinematics import handle_accelerations
 
 if TYPE_CHECKING:
     import xarray
-
-    from drake_racket.parameters.scenario import Scenario
-    from drake_racket.simulation import Run
 
 COUPLE_WARNING = 1e-3  # of the initial kinetic energy
 ENERGY_WARNING = 1e-3
@@ -105,31 +112,32 @@ class ImpactResult:
         return values | {"scenario": dataclasses.asdict(self.scenario)}
 
 
-def make_result(run: Run, *, history: bool) -> ImpactResult:
-    """Reads the result from a run; see `simulate.simulate`."""
-    system, scenario = run.system, run.scenario
-    record = contact_record(run.contact_state[-1])
-    ball_velocity = _ball_velocities(run)
-    last = _release_index(run, record)
-    R_WR, aim_velocity = _initial_motion(run)
+def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactResult:
+    """Reads the result from a trajectory; see `simulation.simulate`.
+
+    Args:
+        case: that was run.
+        trajectory: of it; with the motion at every sample for a history.
+        history: label the time history.
+
+    """
+    scenario = case.scenario
+    record = contact_record(trajectory.record[-1])
+    last = _release_index(trajectory, record)
+    R_WR, aim_velocity = _initial_motion(case, trajectory)
+    ball_velocity = _ball_velocities(trajectory)
     approach, rebound = ball_velocity[0] @ R_WR, ball_velocity[last] @ R_WR
     touched = record.touches > 0
     released = touched and record.phase != CONTACT
-    forces, deflections = _contact_forces(run), _deflections(run)
-    root = run.context_at(len(run.time) - 1)
-    racket = system.impact.racket
-    motion = rigid_motion(system.impact, system.plant.GetMyContextFromRoot(root))
     held = scenario.support.startswith("clamped")  # a hand lets the racket move
-    audited = system.meter is not None
-    balances = _balances(run, held, history) if audited else []
-    ball = scenario.load_ball()
-    with limits_are_ours(system.limb):
-        dataset = make_history(run, balances) if history else None
-    angle_z, angle_y = (
-        float(np.max(np.abs(run.plant_state[:, joint.position_start()])))
-        for joint in (racket.in_plane, racket.out_of_plane)
+    energies = balances(trajectory, held=held) if trajectory.audited() else None
+    dataset = make_history(case, trajectory, energies) if history else None
+    motion = _racket_motion(trajectory)
+    errors = _errors(energies, scenario)
+    frame = trajectory.mechanism.frame
+    bending = dict(
+        zip(frame.names, np.max(np.abs(trajectory.state[:, frame.position]), axis=0), strict=True)
     )
-    errors = _errors(balances, scenario)
     return ImpactResult(
         scenario=scenario,
         approach_velocity=approach,
@@ -143,70 +151,77 @@ def make_result(run: Run, *, history: bool) -> ImpactResult:
         touch_time=record.touch_time if touched else None,
         point=record.point if touched else None,
         touches=record.touches,
-        peak_normal_force=_peak(run.time, forces),
-        peak_string_deflection=max(_peak(run.time, column) for column in deflections.T),
-        impulse=ball.mass.value * (rebound - approach),
+        peak_normal_force=_peak(trajectory.time, trajectory.contact[:, 4]),
+        peak_string_deflection=_peak_deflection(trajectory),
+        impulse=case.ball.mass.value * (rebound - approach),
         normal_approach_speed=record.approach_speed if touched else None,
         kb=record.kb if touched else None,
         cb=record.cb if touched else None,
-        racket_velocity=motion.velocity @ R_WR,
-        racket_angular_velocity=motion.angular_velocity @ R_WR,
-        peak_in_plane_angle=angle_z,
-        peak_out_of_plane_angle=angle_y,
-        peak_handle_acceleration=_peak_acceleration(dataset),
+        racket_velocity=motion.velocity[-1] @ R_WR,
+        racket_angular_velocity=motion.angular_velocity[-1] @ R_WR,
+        peak_in_plane_angle=float(bending.get("in_plane", 0.0)),
+        peak_out_of_plane_angle=float(bending.get("out_of_plane", 0.0)),
+        peak_handle_acceleration=_peak_acceleration(trajectory) if history else None,
         energy_error=errors[0],
         momentum_error=errors[1],
         angular_momentum_error=errors[2],
-        balance=balances[-1] if balances else None,
-        warnings=_warnings(ball, record, balances, errors[0]),
-        steps=run.steps,
-        evaluations=run.evaluations,
+        balance=None if energies is None else energies.at(-1),
+        warnings=_warnings(case.ball, record, energies, errors[0]),
+        steps=trajectory.steps,
+        evaluations=trajectory.evaluations,
         history=dataset,
     )
 
 
-def _initial_motion(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _racket_motion(trajectory: Trajectory) -> RigidMotion:
+    """The racket's rigid motion at the end."""
+    motion = trajectory.motion
+    last = dataclasses.replace(
+        motion,
+        samples=motion.samples[-1:],
+        poses=motion.poses[-1:],
+        velocities=motion.velocities[-1:],
+    )
+    return rigid_motion(Momenta.of(trajectory.mechanism, last), trajectory.mechanism.racket)
+
+
+def _initial_motion(
+    case: Case, trajectory: Trajectory
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """R_WR, and the velocity in R of the racket where the ball is aimed, at the start."""
-    if run.scenario.support != "limb":
+    if case.scenario.support != "limb":
         return np.eye(3), np.zeros(3)
-    racket = run.system.impact.racket
-    context = run.system.plant.GetMyContextFromRoot(run.context_at(0))
-    R_WR = racket.handle.EvalPoseInWorld(context).rotation()
-    aim = R_WR @ run.scenario.aim(run.scenario.load_racket())
-    velocity = racket.handle.EvalSpatialVelocityInWorld(context).Shift(aim).translational()
-    return R_WR.matrix(), velocity @ R_WR.matrix()
+    handle = trajectory.mechanism.handle
+    R_WR = trajectory.motion.poses[0, handle, :, :3]
+    spatial = trajectory.motion.velocities[0, handle]
+    aim = R_WR @ case.scenario.aim(case.racket)
+    return R_WR, (spatial[3:] + np.cross(spatial[:3], aim)) @ R_WR
 
 
-def _ball_velocities(run: Run) -> NDArray[np.float64]:
-    ball = run.system.impact.ball
-    assert ball is not None
-    start = run.system.plant.num_positions() + ball.body.floating_velocities_start_in_v()
-    return run.plant_state[:, start + 3 : start + 6]
+def _ball_velocities(trajectory: Trajectory) -> NDArray[np.float64]:
+    """Velocity (n, 3) of the ball in the world, at every sample."""
+    start = trajectory.mechanism.ball_velocity
+    return trajectory.state[:, start : start + 3]
 
 
-def _release_index(run: Run, record: ContactRecord) -> int:
+def _release_index(trajectory: Trajectory, record: ContactRecord) -> int:
     """The sample of the last release; the last sample if there was none."""
     if record.touches == 0 or record.phase == CONTACT:
-        return len(run.time) - 1
-    return int(np.argmin(np.abs(run.time - record.release_time)))
+        return len(trajectory) - 1
+    return int(np.argmin(np.abs(trajectory.time - record.release_time)))
 
 
-def _contact_forces(run: Run) -> NDArray[np.float64]:
-    """Normal force (N) at every sample."""
-    contact = run.system.impact.contact
-    assert contact is not None
-    port = contact.GetOutputPort("contact_state")
-    forces = np.zeros(len(run.time))
-    for i in np.flatnonzero(run.contact_state[:, 0] == CONTACT):
-        root = run.context_at(int(i))
-        forces[i] = port.Eval(contact.GetMyContextFromRoot(root))[4]
-    return forces
+def _peak_deflection(trajectory: Trajectory) -> float:
+    """Largest deflection (m) of a string mass."""
+    deflections = np.abs(trajectory.state[:, trajectory.mechanism.strings.position])
+    return max(_peak(trajectory.time, column) for column in deflections.T)
 
 
-def _deflections(run: Run) -> NDArray[np.float64]:
-    """Magnitude of the nine masses' deflections (m) at every sample, (n, 9)."""
-    positions = [j.position_start() for j in run.system.impact.racket.string_joints]
-    return np.abs(run.plant_state[:, positions])
+def _peak_acceleration(trajectory: Trajectory) -> float | None:
+    """Largest acceleration (m/s^2) at the frame `accelerometer`; None from a discrete plant."""
+    place = trajectory.mechanism.places["accelerometer"]
+    magnitude = np.linalg.norm(handle_accelerations(trajectory.motion, place), axis=1)
+    return _peak(trajectory.time, magnitude) if np.isfinite(magnitude).all() else None
 
 
 def _peak(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
@@ -229,52 +244,41 @@ def _peak(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     return float(y1 - 0.25 * b * b / curvature)
 
 
-def _peak_acceleration(dataset: xarray.Dataset | None) -> float | None:
-    if dataset is None:
-        return None
-    magnitude = np.linalg.norm(dataset["handle_acceleration"].to_numpy(), axis=1)
-    if not np.isfinite(magnitude).all():
-        return None
-    return _peak(dataset["time"].to_numpy(), magnitude)
-
-
-def _balances(run: Run, held: bool, every_sample: bool) -> list[Balance]:
-    indices = range(len(run.time)) if every_sample else (0, len(run.time) - 1)
-    impact, meter = run.system.impact, run.system.meter
-    limb = run.system.limb
-    return [balance(impact, meter, run.context_at(i), held=held, limb=limb) for i in indices]
-
-
 def _errors(
-    balances: list[Balance], scenario: Scenario
+    energies: Balances | None, scenario: Scenario
 ) -> tuple[float | None, float | None, float | None]:
     """Energy, linear and angular momentum errors; see `ImpactResult`."""
-    if not balances:
+    if energies is None:
         return None, None, None
-    first = balances[0]
-    energy = max(abs(b.total() - first.total()) for b in balances)
-    energy /= first.ball + first.rigid_motion
+    total = energies.totals()
+    initial = energies.store("ball")[0] + energies.store("rigid_motion")[0]
+    energy = float(np.max(np.abs(total - total[0])) / initial)
     if any(scenario.gravity):
         # gravity's own impulse is not metered; the energy balance has its potential
         return energy, None, None
     if scenario.support != "free":
-        change = max(
-            float(np.linalg.norm(b.ball_momentum - first.ball_momentum - b.impulse_on_ball))
-            for b in balances
-        )
-        return energy, change / float(np.linalg.norm(first.ball_momentum)), None
-    linear, angular = (
-        max(float(np.linalg.norm(getattr(b, name) - getattr(first, name))) for b in balances)
-        / float(np.linalg.norm(getattr(first, name)))
-        for name in ("linear_momentum", "angular_momentum")
+        ball = energies.ball_momentum
+        return energy, _largest(ball - ball[0] - energies.impulse_on_ball) / _norm(ball[0]), None
+    linear, angular = energies.linear_momentum, energies.angular_momentum
+    return (
+        energy,
+        _largest(linear - linear[0]) / _norm(linear[0]),
+        _largest(angular - angular[0]) / _norm(angular[0]),
     )
-    return energy, linear, angular
+
+
+def _norm(vector: NDArray[np.float64]) -> float:
+    return float(np.linalg.norm(vector))
+
+
+def _largest(vectors: NDArray[np.float64]) -> float:
+    return float(np.max(np.linalg.norm(vectors, axis=1)))
 
 
 def _warnings(
     ball: BallParameters,
     record: ContactRecord,
-    balances: list[Balance],
+    energies: Balances | None,
     energy_error: float | None,
 ) -> list[str]:
     found = []
@@ -292,9 +296,9 @@ def _warnings(
         found.append("the run ended in contact: lengthen `after`; rebound is the state at the end")
     if energy_error is not None and energy_error > ENERGY_WARNING:
         found.append(f"the energy balance is open by {energy_error:.2g} of the initial energy")
-    if balances:
-        initial = balances[0].ball + balances[0].rigid_motion
-        share = abs(balances[-1].couple) / initial
+    if energies is not None:
+        initial = energies.store("ball")[0] + energies.store("rigid_motion")[0]
+        share = abs(energies.store("couple")[-1]) / initial
         if share > COUPLE_WARNING:
             found.append(
                 f"the reaction at the string mass adds {share:.2g} of the initial energy by its"

@@ -1,6 +1,6 @@
 """Runs a grid of impacts and labels what comes out: what the impact rigs have in common.
 
-A rig is a base scenario and axes over it. One Diagram serves all cases of a topology, and the
+A rig is a base scenario and axes over it. One Diagram serves all cases of a and the
 result of a case does not depend on the others, nor on how many processes share the work.
 """
 
@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.cases.diagram import make_impact_diagram, topology
+from drake_racket.cases.case import changed, resolve
+from drake_racket.cases.diagram import make_impact_diagram
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.scenario import Scenario, changed
+from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult
 from drake_racket.simulation import simulate
 
@@ -214,7 +215,7 @@ def _run(
     """The rows in the order of `cases`; each chunk has one topology and goes to one process."""
     groups: dict[tuple[Any, ...], list[int]] = {}
     for i, case in enumerate(cases):
-        groups.setdefault(topology(case, case.load_racket(), case.load_ball()), []).append(i)
+        groups.setdefault(resolve(case).topology, []).append(i)
     rows: dict[int, Row] = {}
 
     def finish(indices: Sequence[int], chunk: Sequence[Row]) -> None:

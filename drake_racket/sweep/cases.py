@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from drake_racket.cases.diagram import topology
+from drake_racket.cases.case import resolve
 from drake_racket.io.errors import InputError, one_line
-from drake_racket.parameters.scenario import Scenario, check_scenario
+from drake_racket.parameters.scenario import Scenario
 from drake_racket.sweep.identity import file_hashes, named_files, scenario_hash
 from drake_racket.sweep.outputs import OUTPUTS
 from drake_racket.sweep.spec import Sweep
@@ -21,7 +21,7 @@ class Plan:
     Attributes:
         hashes: of the cases' scenarios; empty where there is none.
         invalid: case -> why it cannot run.
-        group: case -> number of its topology, in order of first appearance.
+        group: case -> number of its in order of first appearance.
         builders: by that number, the scenario that the Diagram is built from: the first case's, so
             that no result depends on which case a process meets first.
         files: name -> hash of every file that a case names.
@@ -60,8 +60,7 @@ def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Pla
     for case in range(len(sweep)):
         try:
             scenario = sweep.scenario(case)
-            check_scenario(scenario)
-            key = topology(scenario, scenario.load_racket(), scenario.load_ball())
+            key = resolve(scenario).topology
         except InputError as error:
             errors[case] = error
             plan.hashes.append("")

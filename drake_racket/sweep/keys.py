@@ -75,7 +75,7 @@ def _walk(schema: type, prefix: str) -> list[Key]:
         kinds = {hint, *typing.get_args(hint)}
         if dataclasses.is_dataclass(hint):
             found += _walk(typing.cast(type, hint), path + ".")
-        elif typing.get_origin(hint) is list:
+        elif typing.get_origin(hint) is tuple:
             found += [Key(f"{path}.{letter}", NUMBER, _unit(path)) for letter in _XYZ]
         elif typing.get_origin(hint) is dict:
             continue  # guess_deg and overrides: their keys are the model's

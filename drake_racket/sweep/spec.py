@@ -20,9 +20,10 @@ from typing import Any
 
 import yaml
 
+from drake_racket.cases.case import check_scenario, load_scenario, parse_scenario
 from drake_racket.io.errors import InputError
 from drake_racket.io.yaml_files import parse_tree
-from drake_racket.parameters.scenario import Scenario, check_scenario, load_scenario, parse_scenario
+from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.formats import check_format
 from drake_racket.sweep.axes import MOST_CASES, SweepAxis, make_axis
 from drake_racket.sweep.keys import Key, Value, with_values

@@ -11,11 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from drake_racket.cases.case import parse_scenario
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.engines.drake.engine import SimulationError
 from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.fingerprint import environment
-from drake_racket.parameters.scenario import Scenario, parse_scenario
-from drake_racket.simulation import SimulationError, simulate
+from drake_racket.parameters.scenario import Scenario
+from drake_racket.simulation import simulate
 from drake_racket.sweep.identity import as_text, difference, file_hashes
 from drake_racket.sweep.outputs import OUTPUTS, read_outputs
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drake_racket.cases.case import changed
 from drake_racket.laws.contact import FRICTION_READINGS
 from drake_racket.parameters.racket import RACKETS, TENSIONS, load_racket
-from drake_racket.parameters.scenario import changed
 from drake_racket.plots.rigs.restitution import (
     along_axis_figure,
     bed_maps,

@@ -1,46 +1,47 @@
-"""The published numbers and how the model is compared with them: data/published.yaml.
+"""The published numbers and how the model is compared with them: data/published.yaml."""
 
-Drake's typed YAML reads the annotations of these classes as types: they are not postponed here.
-"""
+from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import Number, Text
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file
 
 TOLERANCE_KINDS = ("relative", "absolute")
 
 
-@dataclass
+@dataclass(frozen=True)
 class PublishedValue:
     """One published number or range; see the head of data/published.yaml for the keys."""
 
-    key: str = ""
-    section: str = ""
-    quantity: str = ""
-    unit: str = ""
-    source: str = ""
-    value: float | None = None
-    low: float | None = None
-    high: float | None = None
-    tolerance: float = 0.0
-    tolerance_kind: str = "relative"
-    tolerance_reason: str = ""
-    not_comparable: str = ""
-    depends_on: list[str] = field(default_factory=list)
-    note: str = ""
+    key: Text = ""
+    section: Text = ""
+    quantity: Text = ""
+    unit: Text = ""
+    source: Text = ""
+    value: Annotated[float, Number("1")] | None = None
+    low: Annotated[float, Number("1")] | None = None
+    high: Annotated[float, Number("1")] | None = None
+    tolerance: Annotated[float, Number("1")] = 0.0
+    tolerance_kind: Text = "relative"
+    tolerance_reason: Text = ""
+    not_comparable: Text = ""
+    depends_on: tuple[Text, ...] = ()
+    note: Text = ""
 
 
-@dataclass
+@dataclass(frozen=True)
 class PublishedValues:
     """The whole file."""
 
-    entries: list[PublishedValue] = field(default_factory=list)
+    entries: tuple[PublishedValue, ...]
 
 
-def load_published(path: Path | None = None) -> list[PublishedValue]:
+def load_published(path: Path | None = None) -> tuple[PublishedValue, ...]:
     """Reads and checks the published numbers (the shipped ones if `path` is None).
 
     Raises:
@@ -48,7 +49,7 @@ def load_published(path: Path | None = None) -> list[PublishedValue]:
 
     """
     path = path or data_directory() / "published.yaml"
-    entries = load_file(path, PublishedValues, complete=False).entries
+    entries = load_file(path, PublishedValues).entries
     seen: set[str] = set()
     for number, entry in enumerate(entries):
         where = f"{path}: entries[{number}]"

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import xarray
 
+from drake_racket.cases.case import changed
 from drake_racket.io.errors import one_line_errors
 from drake_racket.io.files import (
     check_directory,
@@ -28,7 +29,6 @@ from drake_racket.io.files import (
 from drake_racket.laws.strings import POINT_NUMBERS
 from drake_racket.limbs.torques import JOINT_TORQUES
 from drake_racket.parameters.grip import GRIPS
-from drake_racket.parameters.scenario import changed
 from studies.impact_location_and_grip.figures import (
     grip_histories,
     joint_histories,

@@ -16,8 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_racket import InputError, Scenario, make_impact_diagram, simulate
+from drake_racket.cases.case import changed
 from drake_racket.io.fingerprint import environment
-from drake_racket.parameters.scenario import changed
 from drake_racket.parameters.stroke import face_rotation
 from studies.impact_location_and_grip.case import STEP, racket_loads
 from studies.impact_location_and_grip.findings import (

@@ -27,19 +27,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drake_racket import cli
+from drake_racket.cases.case import changed, load_scenario, parse_scenario
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import MAX_BYTES, load_text
 from drake_racket.parameters.ball import BallParameters, check_ball, load_ball
 from drake_racket.parameters.quantities import STATUSES, Quantities, Quantity, sourced_fields
 from drake_racket.parameters.racket import RacketParameters, check_racket, load_racket
-from drake_racket.parameters.scenario import (
-    IntegratorSettings,
-    Scenario,
-    changed,
-    load_scenario,
-    parse_scenario,
-)
+from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 
 
 def cases(count: int) -> Callable[..., Any]:
@@ -392,13 +387,13 @@ def bad_balls(draw):
 
 
 def read_racket_text(text: str) -> RacketParameters:
-    racket = load_text(text, RacketParameters, where="a.yaml", complete=True)
+    racket = load_text(text, RacketParameters, where="a.yaml")
     check_racket(racket, "a.yaml")
     return racket
 
 
 def read_ball_text(text: str) -> BallParameters:
-    ball = load_text(text, BallParameters, where="a.yaml", complete=True)
+    ball = load_text(text, BallParameters, where="a.yaml")
     check_ball(ball, "a.yaml")
     return ball
 

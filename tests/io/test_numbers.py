@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.common.yaml import yaml_dump_typed
 
+from drake_racket.cases.case import changed, check_scenario
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number, number_between
 from drake_racket.limbs.upper_limb_sdf import upper_limb_sdf
@@ -24,7 +25,7 @@ from drake_racket.parameters.limb import load_upper_limb
 from drake_racket.parameters.limb_settings import LimbSettings, check_limb_settings
 from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import check_racket, load_racket
-from drake_racket.parameters.scenario import IntegratorSettings, Scenario, changed, check_scenario
+from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.parameters.stroke import Stroke, check_stroke
 from drake_racket.plant.sdf import racket_sdf
 from drake_racket.rigs.input_checks import check_positive

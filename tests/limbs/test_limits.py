@@ -14,20 +14,16 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Integrator
 from scipy.optimize import brentq
 
+from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.io.errors import InputError
+from drake_racket.laws.limits import limit_energies, limit_losses, limit_torques
 from drake_racket.limbs.limb import Limb
-from drake_racket.limbs.limits import (
-    add_joint_limits,
-    limit_energies,
-    limit_law,
-    limit_losses,
-    limit_torques,
-)
+from drake_racket.limbs.limits import add_joint_limits, limit_law
 from drake_racket.limbs.upper_limb import add_upper_limb
 from drake_racket.limbs.upper_limb_posture import set_posture
 from drake_racket.parameters.limb import JOINTS, load_upper_limb
 from drake_racket.plant.compose import connect_forces
-from drake_racket.simulation import IntegratorSettings, configure_integrator
+from drake_racket.simulation import IntegratorSettings
 
 LOWER, UPPER, K, D = -0.5, 0.8, 120.0, 0.4
 INERTIA = 0.09  # kg m^2, of the one-joint limb

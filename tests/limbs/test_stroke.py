@@ -554,7 +554,7 @@ def test_a_stroke_is_read_from_yaml():
     angular_velocity: [null, -8, 12]
     guess_deg: {elbow: 30}
     """
-    stroke = load_text(text, Stroke, where="stroke", complete=False)
+    stroke = load_text(text, Stroke, where="stroke")
     assert stroke == Stroke(
         position=[0.55, None, 1.1],
         face_closed_deg=5.0,
@@ -563,4 +563,4 @@ def test_a_stroke_is_read_from_yaml():
         guess_deg={"elbow": 30.0},
     )
     with pytest.raises(InputError, match="face_tilt"):
-        load_text("face_tilt: 3", Stroke, where="stroke", complete=False)
+        load_text("face_tilt: 3", Stroke, where="stroke")

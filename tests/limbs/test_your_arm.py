@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from drake_racket import cli
-from drake_racket.parameters.scenario import load_scenario
+from drake_racket.cases.case import load_scenario
 from tests.conftest import ROOT
 
 PAGE = (ROOT / "docs" / "your_arm.md").read_text(encoding="utf-8")

@@ -18,13 +18,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_racket import InputError, Scenario, load_ball, load_racket, make_impact_diagram, simulate
-from drake_racket.cases.diagram import topology
+from drake_racket.cases.case import changed, parse_scenario, resolve
 from drake_racket.io.shipped import data_directory
 from drake_racket.laws.strings import SPRING_NAMES
 from drake_racket.parameters.grip import load_grip
 from drake_racket.parameters.overrides import apply_overrides, parameter_keys
 from drake_racket.parameters.quantities import sourced_fields
-from drake_racket.parameters.scenario import changed, parse_scenario
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS, racket_properties
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
@@ -157,10 +156,10 @@ def test_a_shared_context_holds_what_a_diagram_from_the_files_holds(tmp_path, he
 
 def test_each_key_reaches_the_shared_context_or_takes_another_diagram(held):
     nominal = numbers(held.create_context())
-    built = topology(HELD, *parameters_of(HELD)[:2])
+    built = resolve(HELD).topology
     for key in (*EVERY, *TOPOLOGY):
         here = changed(HELD, overrides={key: other(key)})
-        shared = topology(here, *parameters_of(here)[:2]) == built
+        shared = resolve(here).topology == built
         assert shared == (key in EVERY), key
         if shared:
             assert numbers(held.create_context(here)) != nominal, key

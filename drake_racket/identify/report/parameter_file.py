@@ -101,7 +101,7 @@ def fitted_quantities(
     kept = [name for name in names if name not in found]
     if kept:
         parts.append(f"{', '.join(kept)} not fitted ({old.status}: {old.source})")
-    return Quantities(values, old.unit, "fitted", "; ".join([provenance.text(), *parts]))
+    return Quantities(tuple(values), old.unit, "fitted", "; ".join([provenance.text(), *parts]))
 
 
 def fitted_racket(

@@ -10,10 +10,8 @@ from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, Lea
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.io.errors import InputError
+from drake_racket.laws.totals import GRIP, LOST_JOINT, LOST_STRINGS, TOTALS
 from drake_racket.plant.compose import Impact
-
-LOST_BALL, LOST_FRICTION, COUPLE, IMPULSE, LOST_JOINT, LOST_STRINGS = 0, 1, 2, slice(3, 6), 6, 7
-GRIP, TOTALS = 8, 9
 
 
 @TemplateSystem.define("EnergyMeter_")

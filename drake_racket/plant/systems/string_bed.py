@@ -133,6 +133,10 @@ def StringBed_(T: Any) -> Any:
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             """No continuous state. Stated because Drake 1.58 takes 4 us to find no override."""
 
+        def spring_constants(self, context: Any) -> Any:
+            """The (4, n) constants of the law in a Context of this system."""
+            return self._springs.Eval(context).copy()
+
         def _calc_springs(self, context: Any, value: Any) -> None:
             """Resolves the named parameters into the (4, 24) constants of the law."""
             k, p, t0, c, length0 = (

@@ -25,6 +25,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
 from scipy.interpolate import CubicHermiteSpline
 
+from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal
 from drake_racket.laws.contact import CONTACT
@@ -41,7 +42,6 @@ from drake_racket.rigs.force_plate.force import (
     sample_times,
 )
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS
-from drake_racket.simulation import configure_integrator
 
 if TYPE_CHECKING:
     import xarray

@@ -28,12 +28,12 @@ from pydrake.multibody.tree import FixedOffsetFrame, Frame
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
+from drake_racket.engines.drake.engine import SimulationError, configure_integrator
 from drake_racket.io.errors import InputError
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plant.racket import Racket, add_racket
 from drake_racket.rigs.hammer.force import HammerForce, Pulse, half_sine
-from drake_racket.simulation import SimulationError, configure_integrator
 
 if TYPE_CHECKING:
     import xarray

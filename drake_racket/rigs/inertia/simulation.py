@@ -32,6 +32,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 from scipy.interpolate import CubicHermiteSpline
 
+from drake_racket.engines.drake.engine import SimulationError, configure_integrator
 from drake_racket.io.errors import InputError
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings
@@ -39,7 +40,6 @@ from drake_racket.plant.racket import add_racket
 from drake_racket.rigs.inertia.bench import STANDARD_GRAVITY
 from drake_racket.rigs.inertia.rigid import Inertia, combine
 from drake_racket.rigs.input_checks import check_finite, check_positive
-from drake_racket.simulation import SimulationError, configure_integrator
 
 AXES = {"longitudinal": (1.0, 0.0, 0.0), "transverse": (0.0, 1.0, 0.0), "frontal": (0.0, 0.0, 1.0)}
 

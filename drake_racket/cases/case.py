@@ -1,0 +1,185 @@
+"""One resolved case: everything that decides an impact, loaded and checked once.
+
+Behind a `Case` nothing is parsed, checked or converted again, and no parameter file is opened. (The
+model file of a limb of the user's own, and what it includes, is Drake's to parse: the case has its
+path and the hash of its content.)
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_racket.io.errors import InputError
+from drake_racket.io.fingerprint import digest
+from drake_racket.io.schema import read
+from drake_racket.io.yaml_files import load_file, load_text
+from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.grip import GripStiffness
+from drake_racket.parameters.limb import UpperLimbParameters, load_upper_limb
+from drake_racket.parameters.overrides import check_known, parameter_keys
+from drake_racket.parameters.racket import RacketParameters
+from drake_racket.parameters.scenario import Scenario, check_integrator
+from drake_racket.parameters.stroke import check_tip
+
+
+@dataclass(frozen=True)
+class Case:
+    """One impact, complete: what the scenario says, and the numbers that it names.
+
+    Attributes:
+        scenario: checked; numbers in the units of its keys.
+        racket, ball, grip: with the scenario's overrides. SI units.
+        limb: the shipped limb's, scaled to its subject; None with another support or limb.
+        limb_hash: hash of the file of a limb of the user's own; empty without one.
+
+    """
+
+    scenario: Scenario
+    racket: RacketParameters
+    ball: BallParameters
+    grip: GripStiffness
+    limb: UpperLimbParameters | None = None
+    limb_hash: str = ""
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """Stands for the whole content: equal digests, equal impacts (on equal code)."""
+        return digest(json.dumps(dataclasses.asdict(self), sort_keys=True).encode())
+
+    @functools.cached_property
+    def topology(self) -> tuple[Any, ...]:
+        """What a Diagram is built from and a Context cannot change; equal ones share a Diagram.
+
+        Of racket and ball: places and lengths, which are the Diagram's frames and what pictures are
+        drawn from, and which spring takes which constant. All else of racket, ball and grip is in
+        the Context (`ImpactDiagram.create_context`).
+        """
+        scenario, racket, bed = self.scenario, self.racket, self.racket.string_bed
+        lengths = (
+            racket.handle.length,  # the throat joint
+            racket.head.length,  # the frame `tip`
+            racket.landmarks.grip,
+            racket.landmarks.accelerometer,
+            bed.gsc,
+            bed.spacing,
+            bed.rim_semi_axis_x,  # within which the contact looks for a touch
+            bed.rim_semi_axis_y,
+            self.ball.radius,
+        )
+        held = scenario.support in ("grip", "limb")
+        return (
+            scenario.support,
+            scenario.grip_kind if held else "",
+            scenario.limb.topology() if scenario.support == "limb" else (),
+            self.limb_hash,
+            scenario.time_step,
+            tuple(scenario.gravity),
+            scenario.audit,
+            tuple(quantity.value for quantity in lengths),
+            tuple(sorted(bed.springs.value.items())),
+            (len(bed.stiffness.value), len(bed.rim_factors.value)),
+        )
+
+    def __repr__(self) -> str:
+        """Which racket, how held, and the digest."""
+        s = self.scenario
+        return f"Case({self.racket.name}, {s.support}, {s.speed:g} m/s, {self.digest[:8]})"
+
+
+def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
+    """Loads what a scenario names and checks the whole; a Case is returned as it is.
+
+    Raises:
+        InputError: naming the key, the value and what is allowed.
+
+    """
+    if isinstance(scenario, Case):
+        return scenario
+    scenario = read(scenario, Scenario, where)
+    check_integrator(scenario.integrator, f"{where}: integrator")
+    check_tip(scenario.limb.stroke, f"{where}: limb.stroke")
+    racket, ball, grip = scenario.load_racket(), scenario.load_ball(), scenario.load_grip()
+    if scenario.overrides:
+        stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
+        check_known(stray, parameter_keys(racket, ball, grip))
+        _check_grip_overrides(scenario, where)
+    _check_aim(scenario, racket, where)
+    limb, limb_hash = None, ""
+    if scenario.support == "limb":
+        settings = scenario.limb
+        if settings.model == "upper_limb":
+            limb = load_upper_limb(mass=settings.mass or None, height=settings.height or None)
+        elif Path(settings.model).is_file():
+            limb_hash = digest(Path(settings.model).read_bytes())
+    return Case(scenario, racket, ball, grip, limb, limb_hash)
+
+
+def load_scenario(path: str | Path) -> Scenario:
+    """Reads and checks a scenario file; keys that it leaves out keep their defaults.
+
+    Raises:
+        InputError: naming the key, the value and what is allowed.
+
+    """
+    return resolve(load_file(Path(path), Scenario), str(path)).scenario
+
+
+def parse_scenario(text: str, where: str = "scenario") -> Scenario:
+    """Reads and checks a scenario from YAML text; see `load_scenario`."""
+    return resolve(load_text(text, Scenario, where=where), where).scenario
+
+
+def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
+    """Checks every value, the parameter files it names, and where the ball is aimed.
+
+    Raises:
+        InputError: naming the key, the value and what is allowed.
+
+    """
+    resolve(scenario, where)
+
+
+def changed(scenario: Scenario, **changes: object) -> Scenario:
+    """A checked copy of `scenario` with some values changed; raises InputError."""
+    names = {f.name for f in dataclasses.fields(scenario)}
+    for key in changes:
+        if key not in names:
+            raise InputError(f"scenario: {key}", "an unknown key", ", ".join(sorted(names)))
+    new = dataclasses.replace(scenario, **changes)  # type: ignore[arg-type]
+    return resolve(new).scenario
+
+
+def _check_grip_overrides(scenario: Scenario, where: str) -> None:
+    """Refuses numbers of a grip that this support or kind of grip does not look at."""
+    for key, value in scenario.overrides.items():
+        if not key.startswith("grip."):
+            continue
+        name = f"{where}: overrides.{key}"
+        if scenario.support not in ("grip", "limb"):
+            raise InputError(name, value, f"no grip's numbers with support {scenario.support}")
+        if scenario.grip_kind == "weld":
+            raise InputError(name, value, "no grip's numbers with grip_kind weld")
+        if scenario.grip_kind == "torsional" and key.startswith("grip.force_"):
+            raise InputError(name, value, "torques alone with grip_kind torsional")
+
+
+def _check_aim(scenario: Scenario, racket: RacketParameters, where: str) -> None:
+    """The aim lies on the string-bed."""
+    centre = np.array(racket.point(5))
+    x, y, _ = scenario.aim(racket) - centre
+    bed = racket.string_bed
+    a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    if math.hypot(x / a, y / b) >= 1.0:
+        raise InputError(
+            f"{where}: offset_x, offset_y",
+            (scenario.offset_x, scenario.offset_y),
+            f"an aim within the rim (semi-axes {a:g} x {b:g} m about the centre)",
+        )

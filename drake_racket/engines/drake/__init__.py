@@ -1,0 +1,1 @@
+"""The reference engine: Drake's own plant, systems and integrators."""

@@ -1,0 +1,165 @@
+"""Runs one case in Drake's Simulator and returns its trajectory."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.framework import Context, EventStatus
+
+from drake_racket.cases.case import Case
+from drake_racket.cases.diagram import ImpactDiagram
+from drake_racket.engines.drake.mechanism import Parts, mechanism_of
+from drake_racket.engines.drake.observe import Moving, Observer, State
+from drake_racket.engines.trajectory import Trajectory
+from drake_racket.io.errors import InputError
+from drake_racket.laws.phases import PHASE
+from drake_racket.limbs.striking import limits_are_ours
+from drake_racket.parameters.scenario import IntegratorSettings, check_integrator
+
+MOST_STEPS = 5_000_000
+"""A run that takes more steps than this is stopped with an error."""
+
+
+class SimulationError(RuntimeError):
+    """A run that could not be finished; the message says where it stopped and why."""
+
+
+def run(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -> Trajectory:
+    """Runs one case.
+
+    Args:
+        case: with the topology of `system`.
+        system: the Diagram, as often as you like.
+        every_sample: record the motion at every sample, or at the first and the last.
+
+    Raises:
+        InputError: the case needs another Diagram.
+        SimulationError: the run could not be finished.
+
+    """
+    if system.limb is not None and system.limb.torques.source is None:
+        raise InputError(
+            "simulate: system",
+            "a Diagram whose joint_torques are an input",
+            "one built without export_torques (or your own Simulator)",
+        )
+    scenario = case.scenario
+    simulator = Simulator(system.diagram, system.create_context(case))
+    root = simulator.get_mutable_context()
+    configure_integrator(simulator, scenario.integrator, discrete=scenario.time_step > 0.0)
+    parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
+    observer = Observer(parts)
+    recorder = _Recorder(system, observer, every_sample)
+    simulator.set_monitor(recorder)
+    with limits_are_ours(system.limb):
+        try:
+            simulator.Initialize()
+            simulator.AdvanceTo(scenario.approach_time + scenario.after)
+        except RuntimeError as error:
+            reason = str(error).splitlines()[0]
+            stop = f"stopped at t = {root.get_time():.6g} s: {reason}"
+            raise SimulationError(stop) from error
+        finally:
+            recorder.stop()
+        steps = simulator.get_num_steps_taken()
+        evaluations = simulator.get_integrator().get_num_derivative_evaluations()
+        states, moving = recorder.rows(root)
+    time, plant, record, totals, contact = (np.array(c) for c in zip(*states, strict=True))
+    samples = list(moving)
+    return Trajectory(
+        mechanism=mechanism_of(parts, root, (plant[0], plant[-1])),
+        time=time,
+        state=plant,
+        record=record,
+        contact=contact,
+        totals=totals,
+        motion=observer.motion(samples, list(moving.values()), plant[samples]),
+        steps=steps,
+        evaluations=evaluations,
+    )
+
+
+def configure_integrator(
+    simulator: Any, settings: IntegratorSettings, *, discrete: bool = False
+) -> None:
+    """Gives a Simulator the settings, and events isolated well within its accuracy.
+
+    Drake isolates a witness's zero to 0.01 x accuracy x 1 s with error control, and to 0.01 x
+    accuracy x step without: touch and release are placed within a nanosecond or better.
+
+    Args:
+        simulator: of any Diagram.
+        settings: of the integrator.
+        discrete: the plant has a time step; accuracy and error control are then Drake's.
+
+    Raises:
+        InputError: settings out of range.
+
+    """
+    check_integrator(settings, longest=1.0)  # what has no impact may take longer steps
+    ResetIntegratorFromFlags(simulator, settings.scheme, settings.maximum_step)
+    integrator = simulator.get_mutable_integrator()
+    context = simulator.get_mutable_context()
+    if discrete:
+        return
+    if settings.error_control:
+        integrator.set_target_accuracy(settings.accuracy)
+        context.SetAccuracy(min(1e-7, 1e-2 * settings.accuracy))
+    else:
+        integrator.set_fixed_step_mode(True)
+        context.SetAccuracy(min(1e-3, 1e-9 / settings.maximum_step * 100.0))
+
+
+class _Recorder:
+    """A Simulator monitor that keeps every step, and how the bodies move where the next begins."""
+
+    def __init__(self, system: ImpactDiagram, observer: Observer, every_sample: bool) -> None:
+        self._diagram, self._observer, self._every = system.diagram, observer, every_sample
+        self._probe, self._discrete = system.probe, system.plant.time_step() > 0.0
+        self._states: list[State] = []
+        self._moving: dict[int, Moving] = {}
+
+    def __call__(self, root: Context) -> EventStatus:
+        sample = len(self._states)
+        if sample > MOST_STEPS:
+            return EventStatus.Failed(self._diagram, f"more than {MOST_STEPS} steps")
+        state = self._observer.state(root)
+        self._states.append(state)
+        if self._every and self._discrete:
+            self._see(sample, root)
+        elif self._every and self._probe is not None:
+            self._probe.wanted = state.time
+            self._probe.read = lambda: self._see(sample, root)
+        return EventStatus.Succeeded()
+
+    def _see(self, sample: int, root: Context) -> None:
+        self._moving[sample] = self._observer.moving(root)
+
+    def stop(self) -> None:
+        """Ends the probe's work: the Diagram may be used again."""
+        if self._probe is not None:
+            self._probe.wanted, self._probe.read = math.nan, None
+
+    def rows(self, root: Context) -> tuple[list[State], dict[int, Moving]]:
+        """The samples, and the motion by the number of its sample.
+
+        A monitor sees a step's end before the events of that instant: the record of the next sample
+        is moved back to the time of its event (forces jump at touch), and what was seen there is
+        seen again.
+        """
+        states, last = self._states, len(self._states) - 1
+        moved = set()
+        for i in range(last):
+            if states[i].record[PHASE] != states[i + 1].record[PHASE]:
+                states[i] = states[i]._replace(record=states[i + 1].record)
+                moved.add(i)
+        wanted = set(range(last + 1)) if self._every else {0, last}
+        for i in sorted(moved | (wanted - set(self._moving))):
+            self._observer.set_state(root, states[i])
+            states[i] = self._observer.state(root)
+            if i in wanted:
+                self._moving[i] = self._observer.moving(root)
+        return states, dict(sorted(self._moving.items()))

@@ -1,0 +1,235 @@
+"""What an engine returns: arrays over time, and the numbers of the mechanism they belong to.
+
+Nothing here knows Drake. Results are made of these arrays alone, so that any engine serves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Place(NamedTuple):
+    """A frame fixed on a body: the body's number, and the frame's pose in it."""
+
+    body: int
+    rotation: Array  # (3, 3)
+    translation: Array  # (3,) m
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Masses of all bodies, in the engine's order (b of them). SI units.
+
+    Attributes:
+        mass: (b,).
+        com: (b, 3) centre of mass from the body's origin, in its axes.
+        moments: (b, 3, 3) rotational inertia about the body's origin, in its axes.
+
+    """
+
+    mass: Array
+    com: Array
+    moments: Array
+
+    def __len__(self) -> int:
+        """How many bodies there are."""
+        return len(self.mass)
+
+
+@dataclass(frozen=True)
+class JointSprings:
+    """What joints hold beside their bodies: linear springs and rotors.
+
+    Attributes:
+        position: (s,) places in q.
+        stiffness: (s,) N m/rad or N/m.  nominal: (s,) rad or m.
+        rotor_velocity: (r,) places in v.  rotor_inertia: (r,) kg m^2 or kg.
+
+    """
+
+    position: NDArray[np.int64]
+    stiffness: Array
+    nominal: Array
+    rotor_velocity: NDArray[np.int64]
+    rotor_inertia: Array
+
+
+@dataclass(frozen=True)
+class JointRanges:
+    """Passive torques at the ends of joints' ranges; see `limbs.limits`.
+
+    Attributes:
+        position, velocity: (j,) places in q and in v.
+        lower, upper: (j,) rad.  stiffness: (j,) N m/rad.  damping: (j,) s/rad.
+
+    """
+
+    position: NDArray[np.int64]
+    velocity: NDArray[np.int64]
+    lower: Array
+    upper: Array
+    stiffness: Array
+    damping: Array
+
+
+@dataclass(frozen=True)
+class LimbNumbers:
+    """A limb that holds the racket.
+
+    Attributes:
+        bodies: numbers of its bodies.  massive: those that have mass.
+        coordinates: names of its coordinates.  prismatic: those in m, not rad.
+        position, velocity: places of the coordinates in q and in v.
+        springs: on its joints.  ranges: of its joints; None without passive limits.
+
+    """
+
+    bodies: tuple[int, ...]
+    massive: tuple[int, ...]
+    coordinates: tuple[str, ...]
+    prismatic: tuple[str, ...]
+    position: NDArray[np.int64]
+    velocity: NDArray[np.int64]
+    springs: JointSprings
+    ranges: JointRanges | None
+
+
+@dataclass(frozen=True)
+class FrameJointNumbers:
+    """The joints of the racket's frame, in order from the butt.
+
+    Attributes:
+        names: of the joints.
+        position, velocity: (j,) places in q and in v.
+        stiffness: (j,) N m/rad.
+
+    """
+
+    names: tuple[str, ...]
+    position: NDArray[np.int64]
+    velocity: NDArray[np.int64]
+    stiffness: Array
+
+
+@dataclass(frozen=True)
+class StringNumbers:
+    """The string-bed.
+
+    Attributes:
+        points: numbers of the masses.  springs: names of the springs.
+        bodies: numbers of the masses' bodies.
+        position, velocity: (p,) places of the masses in q and in v.
+        incidence: (s, p) the matrix A with dz = A z.
+        constants: (4, s) as for `laws.strings.spring_law`.
+
+    """
+
+    points: tuple[int, ...]
+    springs: tuple[str, ...]
+    bodies: tuple[int, ...]
+    position: NDArray[np.int64]
+    velocity: NDArray[np.int64]
+    incidence: Array
+    constants: Array
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """The numbers of a mechanism that results are computed with. SI units.
+
+    Attributes:
+        bodies: all of them; the numbers below count in their order.
+        racket: numbers of the racket's bodies.  handle, ball: of these two.
+        ball_velocity: where the ball's velocity in the world begins in the state [q; v].
+        frame: its joints.  strings: its string-bed.
+        places: name -> frame: butt, gsc, tip, accelerometer; racket_grip and hand where a hand
+            holds the racket; and the limb's landmarks.
+        landmarks, segments: names of places of hand and limb, and pairs of them.
+        num_positions: length of q.  gravity: (3,) in the world.
+        limb: that holds the racket; None without one.
+
+    """
+
+    bodies: Bodies
+    racket: tuple[int, ...]
+    handle: int
+    ball: int
+    ball_velocity: int
+    frame: FrameJointNumbers
+    strings: StringNumbers
+    places: Mapping[str, Place]
+    num_positions: int
+    gravity: Array
+    limb: LimbNumbers | None = None
+    landmarks: tuple[str, ...] = ()
+    segments: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How all bodies move at some samples of a trajectory (m of them), in the world.
+
+    Attributes:
+        samples: (m,) numbers of the samples.
+        poses: (m, b, 3, 4) rotation and origin of each body.
+        velocities: (m, b, 6) angular (rad/s) and linear (m/s) velocity of each body's origin.
+        handle_acceleration: (m, 6) of the handle's origin; NaN from a discrete plant.
+        hand_load: (m, 6) torque and force of the racket on the hand, in its axes; None without one.
+        joint_torque: (m, j) on the limb's joints; None without a limb.
+        joint_reaction: (m, j) magnitude of the reaction force (N); None without a limb.
+
+    """
+
+    samples: NDArray[np.int64]
+    poses: Array
+    velocities: Array
+    handle_acceleration: Array
+    hand_load: Array | None = None
+    joint_torque: Array | None = None
+    joint_reaction: Array | None = None
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One run (n samples: the start, each step's end, the end).
+
+    Attributes:
+        mechanism: whose motion it is.
+        time: (n,) s, from the start of the run; touch and release are among the times.
+        state: (n, nq + nv) positions q and velocities v.
+        record: (n, 15), from a discrete plant (n, 29): what the contact has latched, after any
+            event at that time; see `laws.phases`.
+        contact: (n, 9) phase; point in contact, or to be hit; compression (m) and its rate (m/s);
+            normal force and friction (N); sliding velocity (m/s); see `BallContact`.
+        totals: (n, 9) lost so far, NaN without an audit; with a limb (n, 12).
+        motion: at every sample, or at the first and the last.
+        steps, evaluations: of the integrator.
+        engine: its name.
+
+    """
+
+    mechanism: Mechanism
+    time: Array
+    state: Array
+    record: Array
+    contact: Array
+    totals: Array
+    motion: Motion
+    steps: int
+    evaluations: int
+    engine: str = field(default="drake")
+
+    def __len__(self) -> int:
+        """How many samples it has."""
+        return len(self.time)
+
+    def audited(self) -> bool:
+        """Whether losses were integrated beside the motion."""
+        return bool(np.isfinite(self.totals[:, 0]).all())

@@ -1,0 +1,236 @@
+"""Plain data becomes frozen dataclasses here, once, or one line says what does not fit.
+
+A schema is a frozen dataclass whose annotations carry rules:
+
+    speed: Annotated[float, Number("m/s", 0.1, 100.0)] = 25.0
+    support: Annotated[str, OneOf("free", "grip")] = "free"
+    gravity: Annotated[Vector, Three("m/s^2", 100.0)] = (0.0, 0.0, 0.0)
+
+pydantic walks the data and the dataclasses; the rules say what a single value may be, and this
+module says it in the form `key: got value; allowed: what`. Fields without a default must be given.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import functools
+import math
+import typing
+import unicodedata
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic_core import PydanticCustomError, core_schema
+
+from drake_racket.io.errors import InputError
+from drake_racket.io.numbers import as_number
+
+T = TypeVar("T")
+Vector = tuple[float, ...]
+
+CONFIG = ConfigDict(extra="forbid", revalidate_instances="always")
+
+
+def refusal(value: object, allowed: str, below: str = "") -> PydanticCustomError:
+    """The error that a rule raises: what is not allowed, and where below the field it stands."""
+    return PydanticCustomError(
+        "rule", "not allowed", {"value": value, "allowed": allowed, "below": below}
+    )
+
+
+class _Rule:
+    """A rule about one value that is no dataclass."""
+
+    def check(self, value: Any) -> Any:
+        """Returns the value as it is kept; raises `refusal`."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return core_schema.no_info_plain_validator_function(self.check)
+
+
+@dataclass(frozen=True)
+class Number(_Rule):
+    """A finite number in a unit, from `least` to `most`."""
+
+    unit: str
+    least: float = -math.inf
+    most: float = math.inf
+
+    def check(self, value: Any) -> float:
+        """A Python float; text that is a number counts as one."""
+        number = as_number(value)
+        if number is None:
+            raise refusal(value, "a number")
+        if not math.isfinite(number):
+            raise refusal(value, "a finite number")
+        if not self.least <= number <= self.most:
+            unit = "" if self.unit == "1" else self.unit
+            raise refusal(number, f"{self.least:g} to {self.most:g} {unit}".rstrip())
+        return number
+
+
+@dataclass(frozen=True)
+class Three(_Rule):
+    """Three numbers, each within `most` of 0; with `free`, None leaves a component open."""
+
+    unit: str
+    most: float = math.inf
+    free: bool = False
+
+    def check(self, value: Any) -> tuple[float | None, ...]:
+        """A tuple of three."""
+        if not isinstance(value, (list, tuple)) or len(value) != 3:
+            text = "three numbers" + (" (None: free)" if self.free else f" ({self.unit})")
+            raise refusal(value, text)
+        rule = Number(self.unit, -self.most, self.most)
+        found: list[float | None] = []
+        for i, item in enumerate(value):
+            if item is None and self.free:
+                found.append(None)
+                continue
+            try:
+                found.append(rule.check(item))
+            except PydanticCustomError as error:
+                context = error.context or {}
+                raise refusal(context["value"], context["allowed"], f"[{i}]") from None
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Text(_Rule):
+    def check(self, value: Any) -> str:
+        """Text; a number that stands where text is wanted is taken as it is written."""
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise refusal(value, "a text")
+        try:
+            text = str(value)
+        except ValueError:  # an int beyond sys.get_int_max_str_digits()
+            raise refusal(value, "a text") from None
+        if any(unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" for c in text):
+            raise refusal(value, "a text without control characters")
+        return text
+
+
+@dataclass(frozen=True)
+class _Flag(_Rule):
+    def check(self, value: Any) -> bool:
+        """True or false, and nothing that only looks like it."""
+        if not isinstance(value, bool):
+            raise refusal(value, "true or false")
+        return value
+
+
+class OneOf(_Rule):
+    """One of some names. An empty name may be left out of the message."""
+
+    def __init__(self, *names: str) -> None:
+        self.names = names
+
+    def check(self, value: Any) -> str:
+        """The name."""
+        text = _Text().check(value)
+        if text not in self.names:
+            raise refusal(value, ", ".join(name for name in self.names if name))
+        return text
+
+
+class After(_Rule):
+    """A rule about a dataclass, or whatever pydantic knows, once it has its type."""
+
+    def __init__(self, check: Callable[[Any], Any]) -> None:
+        self.after = check
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return core_schema.no_info_after_validator_function(self.after, handler(source))
+
+
+Text = Annotated[str, _Text()]
+Flag = Annotated[bool, _Flag()]
+
+
+@functools.cache
+def _adapter(schema: Any) -> TypeAdapter[Any]:
+    if dataclasses.is_dataclass(schema):
+        return TypeAdapter(schema)
+    return TypeAdapter(schema, config=CONFIG)
+
+
+def read(tree: Any, schema: type[T], where: str) -> T:
+    """Makes a schema's object from plain data, or from an object that nobody has checked.
+
+    Args:
+        tree: mappings, lists and scalars; or an object of the schema, which is checked anew.
+        where: what the data are: a file, `scenario`.
+
+    Raises:
+        InputError: naming the key, the value and what is allowed.
+
+    """
+    if not isinstance(tree, (dict, schema)):
+        raise InputError(where, tree, f"a mapping with the keys {_names(schema)}")
+    try:
+        made: T = _adapter(typing.cast(Any, schema)).validate_python(tree)
+        return made
+    except ValidationError as error:
+        raise _translated(error, schema, where) from None
+    except RecursionError:
+        raise InputError(where, "data nested too deeply", "plain data") from None
+
+
+def _translated(error: ValidationError, schema: Any, where: str) -> InputError:
+    """The first finding as an InputError; an unknown key first: it explains a missing one."""
+    found = error.errors(include_url=False)
+    unknown = [e for e in found if e["type"] == "unexpected_keyword_argument"]
+    first = (unknown or found)[0]
+    kind, place, value = first["type"], first["loc"], first["input"]
+    key = f"{where}: {_dotted(place)}"
+    if kind == "rule":
+        context = first["ctx"]
+        return InputError(key + context["below"], context["value"], context["allowed"])
+    if kind == "unexpected_keyword_argument":
+        names = _names(_at(schema, place[:-1]))
+        near = difflib.get_close_matches(str(place[-1]), names.split(", "), n=1)
+        allowed = f"{near[0]} (of {names})" if near else names
+        return InputError(key, "an unknown key", allowed)
+    if kind == "missing":
+        return InputError(key, "nothing", "this key must be given")
+    if kind == "dataclass_type":
+        return InputError(key, value, f"a mapping with {_names(_at(schema, place))}")
+    if kind in ("tuple_type", "list_type"):
+        return InputError(key, value, "a list")
+    if kind in ("dict_type", "mapping_type"):
+        return InputError(key, value, "a mapping")
+    return InputError(key, value, first["msg"])
+
+
+def _dotted(place: tuple[int | str, ...]) -> str:
+    text = ""
+    for part in place:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        elif part != "[key]":
+            text += f".{part}" if text else part
+    return text or "document"
+
+
+def _at(schema: Any, place: tuple[int | str, ...]) -> Any:
+    """The dataclass at a place below a schema."""
+    for part in place:
+        if isinstance(part, int):
+            schema = typing.get_args(schema)[0]
+            continue
+        schema = typing.get_type_hints(schema).get(str(part), schema)
+        inner = [a for a in typing.get_args(schema) if dataclasses.is_dataclass(a)]
+        if inner and not dataclasses.is_dataclass(schema):
+            schema = inner[0]
+    return schema
+
+
+def _names(schema: Any) -> str:
+    if not dataclasses.is_dataclass(schema):
+        return "its keys"
+    return ", ".join(f.name for f in dataclasses.fields(schema))

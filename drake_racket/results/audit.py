@@ -1,0 +1,57 @@
+"""The balance at an instant of a user's own simulation in Drake."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from drake_racket.engines.drake.mechanism import Parts, mechanism_of
+from drake_racket.engines.drake.observe import Observer
+from drake_racket.engines.trajectory import Trajectory
+from drake_racket.io.errors import InputError
+from drake_racket.limbs.striking import StrikingLimb
+from drake_racket.plant.compose import Impact
+from drake_racket.results.energy import Balance, balances
+
+
+def balance(
+    impact: Impact,
+    meter: Any,
+    root: Context,
+    *,
+    held: bool,
+    limb: StrikingLimb | None = None,
+) -> Balance:
+    """The balance of one racket and one ball at the state of `root`.
+
+    Args:
+        impact: of the racket and the ball.
+        meter: the EnergyMeter of the impact; its totals are what is lost so far.
+        root: the Context of the Diagram that holds them.
+        held: the racket is welded to the world; its rigid motion then counts as bending.
+        limb: that holds the racket.
+
+    Raises:
+        InputError: the impact has no ball.
+
+    """
+    if impact.ball is None or impact.contact is None:
+        raise InputError("balance: impact", "without a ball", "an impact with a ball")
+    parts = Parts(impact, meter, limb=limb)
+    observer = Observer(parts)
+    state = observer.state(root)
+    one = [np.array([column]) for column in state]
+    trajectory = Trajectory(
+        mechanism=mechanism_of(parts, root),
+        time=one[0],
+        state=one[1],
+        record=one[2],
+        totals=one[3],
+        contact=one[4],
+        motion=observer.motion([0], [observer.moving(root)], one[1]),
+        steps=0,
+        evaluations=0,
+    )
+    return balances(trajectory, held=held).at(0)
