@@ -21,6 +21,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.fingerprint import digest
 from drake_racket.io.schema import read
 from drake_racket.io.yaml_files import load_file, load_text
+from drake_racket.laws.strings import POINT_NUMBERS
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.limb import UpperLimbParameters, load_upper_limb
@@ -111,6 +112,8 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
         stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
         check_known(stray, parameter_keys(racket, ball, grip))
         _check_grip_overrides(scenario, where)
+    if scenario.point_number() not in (0, *POINT_NUMBERS):
+        raise InputError(f"{where}: point", scenario.point, f"1 to {len(POINT_NUMBERS)}, or auto")
     _check_aim(scenario, racket, where)
     limb, limb_hash = None, ""
     if scenario.support == "limb":

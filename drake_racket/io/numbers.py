@@ -6,7 +6,7 @@ import dataclasses
 import math
 import numbers
 import re
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -34,8 +34,22 @@ def number_between(key: str, value: object, least: float, most: float, unit: str
     return number
 
 
+class FrozenDict(dict[Any, Any]):
+    """A dict that cannot be changed: frozen settings are shared."""
+
+    def _refuse(self, *_: object, **__: object) -> NoReturn:
+        raise TypeError("frozen settings cannot be changed; dataclasses.replace makes a copy")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled and copied as a whole, not key by key."""
+        return FrozenDict, (dict(self),)
+
+
 def plain_numbers(settings: Any) -> None:
-    """Makes Python floats of a frozen dataclass's numbers, and tuples of its lists.
+    """Makes Python floats of a frozen dataclass's numbers, tuples of its lists, frozen dicts.
 
     Equal settings then have one YAML and JSON text, whoever computed their numbers. What is no
     number is left as it is, for the checks to refuse.
@@ -45,12 +59,12 @@ def plain_numbers(settings: Any) -> None:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) and value.ndim:
         value = value.tolist()
     if isinstance(value, (list, tuple)):
         return tuple(_plain(x) for x in value)
     if isinstance(value, dict):
-        return {key: _plain(x) for key, x in value.items()}
+        return FrozenDict((key, _plain(x)) for key, x in value.items())
     number = _as_float(value)
     return value if number is None else number
 

@@ -1,6 +1,6 @@
 """Plain data becomes frozen dataclasses here, once, or one line says what does not fit.
 
-A schema is a frozen dataclass whose annotations carry rules:
+A schema is a frozen dataclass, derived from `Schema`, whose annotations carry rules:
 
     speed: Annotated[float, Number("m/s", 0.1, 100.0)] = 25.0
     support: Annotated[str, OneOf("free", "grip")] = "free"
@@ -20,10 +20,10 @@ import typing
 import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic_core import core_schema
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import as_number
@@ -31,40 +31,61 @@ from drake_racket.io.numbers import as_number
 T = TypeVar("T")
 Vector = tuple[float, ...]
 
-CONFIG = ConfigDict(extra="forbid", revalidate_instances="always")
 
+class Schema:
+    """The base of all schemas: unknown keys are refused, and objects are checked like data."""
 
-def refusal(value: object, allowed: str, below: str = "") -> PydanticCustomError:
-    """The error that a rule raises: what is not allowed, and where below the field it stands."""
-    return PydanticCustomError(
-        "rule", "not allowed", {"value": value, "allowed": allowed, "below": below}
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(
+        extra="forbid", revalidate_instances="always"
     )
 
 
-class _Rule:
+class Refusal(ValueError):
+    """What a rule raises: the value, what is allowed, and where below the field it stands."""
+
+    def __init__(self, value: object, allowed: str, below: str = "") -> None:
+        super().__init__("not allowed")
+        self.value, self.allowed, self.below = value, allowed, below
+
+
+def refusal(value: object, allowed: str, below: str = "") -> Refusal:
+    """The error of a value that a rule does not allow."""
+    return Refusal(value, allowed, below)
+
+
+class Rule:
     """A rule about one value that is no dataclass."""
 
-    def check(self, value: Any) -> Any:
-        """Returns the value as it is kept; raises `refusal`."""
+    def check(self, value: Any, *, written: bool = False) -> Any:
+        """Returns the value as it is kept; raises `refusal`.
+
+        Args:
+            value: to be checked.
+            written: it comes from a file, where a number may stand in quotes.
+
+        """
         raise NotImplementedError
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        return core_schema.no_info_plain_validator_function(self.check)
+        def check(value: Any, info: Any) -> Any:
+            return self.check(value, written=info.context is not None)
+
+        return core_schema.with_info_plain_validator_function(check)
 
 
 @dataclass(frozen=True)
-class Number(_Rule):
+class Number(Rule):
     """A finite number in a unit, from `least` to `most`."""
 
     unit: str
     least: float = -math.inf
     most: float = math.inf
 
-    def check(self, value: Any) -> float:
-        """A Python float; text that is a number counts as one."""
-        number = as_number(value)
+    def check(self, value: Any, *, written: bool = False) -> float:
+        """A Python float."""
+        number = as_number(value) if written or not isinstance(value, str) else None
         if number is None:
-            raise refusal(value, "a number")
+            raise refusal(value, "a finite number")
         if not math.isfinite(number):
             raise refusal(value, "a finite number")
         if not self.least <= number <= self.most:
@@ -74,17 +95,17 @@ class Number(_Rule):
 
 
 @dataclass(frozen=True)
-class Three(_Rule):
+class Three(Rule):
     """Three numbers, each within `most` of 0; with `free`, None leaves a component open."""
 
     unit: str
     most: float = math.inf
     free: bool = False
 
-    def check(self, value: Any) -> tuple[float | None, ...]:
+    def check(self, value: Any, *, written: bool = False) -> tuple[float | None, ...]:
         """A tuple of three."""
         if not isinstance(value, (list, tuple)) or len(value) != 3:
-            text = "three numbers" + (" (None: free)" if self.free else f" ({self.unit})")
+            text = "3 numbers" + (" (None: free)" if self.free else f" ({self.unit})")
             raise refusal(value, text)
         rule = Number(self.unit, -self.most, self.most)
         found: list[float | None] = []
@@ -93,16 +114,15 @@ class Three(_Rule):
                 found.append(None)
                 continue
             try:
-                found.append(rule.check(item))
-            except PydanticCustomError as error:
-                context = error.context or {}
-                raise refusal(context["value"], context["allowed"], f"[{i}]") from None
+                found.append(rule.check(item, written=written))
+            except Refusal as error:
+                raise refusal(error.value, error.allowed, f"[{i}]") from None
         return tuple(found)
 
 
 @dataclass(frozen=True)
-class _Text(_Rule):
-    def check(self, value: Any) -> str:
+class _Text(Rule):
+    def check(self, value: Any, *, written: bool = False) -> str:
         """Text; a number that stands where text is wanted is taken as it is written."""
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
             raise refusal(value, "a text")
@@ -116,21 +136,21 @@ class _Text(_Rule):
 
 
 @dataclass(frozen=True)
-class _Flag(_Rule):
-    def check(self, value: Any) -> bool:
+class _Flag(Rule):
+    def check(self, value: Any, *, written: bool = False) -> bool:
         """True or false, and nothing that only looks like it."""
         if not isinstance(value, bool):
             raise refusal(value, "true or false")
         return value
 
 
-class OneOf(_Rule):
+class OneOf(Rule):
     """One of some names. An empty name may be left out of the message."""
 
     def __init__(self, *names: str) -> None:
         self.names = names
 
-    def check(self, value: Any) -> str:
+    def check(self, value: Any, *, written: bool = False) -> str:
         """The name."""
         text = _Text().check(value)
         if text not in self.names:
@@ -138,7 +158,7 @@ class OneOf(_Rule):
         return text
 
 
-class After(_Rule):
+class After(Rule):
     """A rule about a dataclass, or whatever pydantic knows, once it has its type."""
 
     def __init__(self, check: Callable[[Any], Any]) -> None:
@@ -154,9 +174,7 @@ Flag = Annotated[bool, _Flag()]
 
 @functools.cache
 def _adapter(schema: Any) -> TypeAdapter[Any]:
-    if dataclasses.is_dataclass(schema):
-        return TypeAdapter(schema)
-    return TypeAdapter(schema, config=CONFIG)
+    return TypeAdapter(schema)
 
 
 def read(tree: Any, schema: type[T], where: str) -> T:
@@ -173,7 +191,8 @@ def read(tree: Any, schema: type[T], where: str) -> T:
     if not isinstance(tree, (dict, schema)):
         raise InputError(where, tree, f"a mapping with the keys {_names(schema)}")
     try:
-        made: T = _adapter(typing.cast(Any, schema)).validate_python(tree)
+        written = {"written": True} if isinstance(tree, dict) else None
+        made: T = _adapter(typing.cast(Any, schema)).validate_python(tree, context=written)
         return made
     except ValidationError as error:
         raise _translated(error, schema, where) from None
@@ -188,9 +207,9 @@ def _translated(error: ValidationError, schema: Any, where: str) -> InputError:
     first = (unknown or found)[0]
     kind, place, value = first["type"], first["loc"], first["input"]
     key = f"{where}: {_dotted(place)}"
-    if kind == "rule":
-        context = first["ctx"]
-        return InputError(key + context["below"], context["value"], context["allowed"])
+    if kind == "value_error":
+        refused = first["ctx"]["error"]
+        return InputError(key + refused.below, refused.value, refused.allowed)
     if kind == "unexpected_keyword_argument":
         names = _names(_at(schema, place[:-1]))
         near = difflib.get_close_matches(str(place[-1]), names.split(", "), n=1)

@@ -16,6 +16,7 @@ from typing import Any, ClassVar, TypeVar
 import yaml
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.numbers import FrozenDict
 from drake_racket.io.schema import read
 
 T = TypeVar("T")
@@ -52,6 +53,10 @@ for _tag, _pattern, _first in _CORE:
         _kind.add_implicit_resolver(
             f"tag:yaml.org,2002:{_tag}", re.compile(f"(?:{_pattern})\\Z"), _first
         )
+
+
+yaml.SafeDumper.add_representer(FrozenDict, yaml.SafeDumper.represent_dict)
+_Dumper.add_representer(FrozenDict, yaml.SafeDumper.represent_dict)
 
 
 def _integer(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int:
@@ -103,7 +108,7 @@ def load_text(text: str, schema: type[T], *, where: str) -> T:
 @functools.lru_cache(maxsize=64)
 def _load(text: str, schema: Any, where: str) -> Any:
     tree = parse_tree(text, where)
-    return read({} if tree is None else tree, schema, where)
+    return read(tree, schema, where)
 
 
 def read_text(path: Path) -> str:
@@ -141,7 +146,7 @@ def parse_tree(text: str, where: str) -> Any:
         node = loader.get_single_node()
         if node is None:
             return None
-        _check_nodes(node, where, set())
+        _check_nodes(node, where, "", set())
         return loader.construct_document(node)
     except InputError:
         raise
@@ -163,7 +168,7 @@ def parse_tree(text: str, where: str) -> Any:
             loader.dispose()
 
 
-def _check_nodes(node: yaml.Node, where: str, seen: set[int]) -> None:
+def _check_nodes(node: yaml.Node, where: str, path: str, seen: set[int]) -> None:
     """Refuses repeated keys and aliases, and makes every key the text that is written.
 
     A parameter or scenario has no use for aliases, and they may recurse. Keys as text leave no
@@ -172,9 +177,11 @@ def _check_nodes(node: yaml.Node, where: str, seen: set[int]) -> None:
     if id(node) in seen:
         raise InputError(where, f"an alias in line {node.start_mark.line + 1}", "no YAML aliases")
     seen.add(id(node))
-    if isinstance(node, yaml.SequenceNode):
-        for item in node.value:
-            _check_nodes(item, where, seen)
+    if isinstance(node, yaml.ScalarNode):
+        _check_characters(node.value, f"{where}: {path or 'document'}")
+    elif isinstance(node, yaml.SequenceNode):
+        for i, item in enumerate(node.value):
+            _check_nodes(item, where, f"{path}[{i}]", seen)
     elif isinstance(node, yaml.MappingNode):
         keys: set[str] = set()
         for key, value in node.value:
@@ -183,6 +190,15 @@ def _check_nodes(node: yaml.Node, where: str, seen: set[int]) -> None:
                 raise InputError(where, line, "keys that are text")
             if key.value in keys:
                 raise InputError(f"{where}: {key.value}", "a repeated key", "each key once")
+            _check_characters(key.value, where)
             keys.add(key.value)
             key.tag = "tag:yaml.org,2002:str"
-            _check_nodes(value, where, seen)
+            _check_nodes(value, where, f"{path}.{key.value}" if path else key.value, seen)
+
+
+def _check_characters(text: str, key: str) -> None:
+    """Half a character (a lone surrogate) is no text."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise InputError(key, text, "a text without control characters") from None

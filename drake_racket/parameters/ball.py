@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import Text, read
+from drake_racket.io.schema import Schema, Text, read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
@@ -15,7 +15,7 @@ BALLS = ("penn_titanium",)
 
 
 @dataclass(frozen=True)
-class BallParameters:
+class BallParameters(Schema):
     """A point-mass ball; kb and cb are linear in the normal approach speed; see `contact`."""
 
     name: Text

@@ -14,7 +14,7 @@ from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_text
-from drake_racket.io.schema import Text, read
+from drake_racket.io.schema import Schema, Text, read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import dump_text, load_file, name_or_path
 from drake_racket.parameters.quantities import Of, Quantities
@@ -26,7 +26,7 @@ GRIP_KINDS = ("compliant", "torsional", "weld")
 
 
 @dataclass(frozen=True)
-class GripStiffness:
+class GripStiffness(Schema):
     """The six spring-dampers of a grip: lists of three, about or along x, y and z of the hand."""
 
     name: Text

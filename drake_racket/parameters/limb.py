@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
-from drake_racket.io.schema import Text, read
+from drake_racket.io.schema import Schema, Text, read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
@@ -37,7 +37,7 @@ JOINTS = (
 
 
 @dataclass(frozen=True)
-class Subject:
+class Subject(Schema):
     """Whose limb it is."""
 
     mass: Annotated[Quantity, Of("kg")]
@@ -45,7 +45,7 @@ class Subject:
 
 
 @dataclass(frozen=True)
-class Segment:
+class Segment(Schema):
     """One rigid segment, from its proximal to its distal joint centre."""
 
     length: Annotated[Quantity, Of("m")]
@@ -59,7 +59,7 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class GripPlace:
+class GripPlace(Schema):
     """Where the racket's grip frame lies in the fist."""
 
     distal: Annotated[Quantity, Of("m")]  # from the wrist along the hand
@@ -68,7 +68,7 @@ class GripPlace:
 
 
 @dataclass(frozen=True)
-class JointParameters:
+class JointParameters(Schema):
     """One joint: its range of motion, its damping, and the stiffness of the range's ends."""
 
     lower: Annotated[Quantity, Of("rad", sign="any")]
@@ -78,7 +78,7 @@ class JointParameters:
 
 
 @dataclass(frozen=True)
-class JointSet:
+class JointSet(Schema):
     """The seven joints."""
 
     shoulder_abduction: JointParameters
@@ -91,7 +91,7 @@ class JointSet:
 
 
 @dataclass(frozen=True)
-class UpperLimbParameters:
+class UpperLimbParameters(Schema):
     """The whole content of one parameter file of an upper limb."""
 
     name: Text

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from drake_racket.io.numbers import plain_numbers
-from drake_racket.io.schema import Flag, Number, OneOf, Text, Three, Vector
+from drake_racket.io.schema import Flag, Number, OneOf, Schema, Text, Three, Vector
 from drake_racket.parameters.stroke import Stroke
 
 JOINT_TORQUES = ("zero", "hold", "carry")
@@ -14,7 +14,7 @@ JOINT_TORQUES = ("zero", "hold", "carry")
 
 
 @dataclass(frozen=True)
-class LimbSettings:
+class LimbSettings(Schema):
     """A limb, where it stands, and what it does. SI units; angles in degrees, as their names say.
 
     Attributes:

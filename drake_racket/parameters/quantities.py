@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import plain_numbers
-from drake_racket.io.schema import After, Number, OneOf, Text, refusal
+from drake_racket.io.schema import After, Number, OneOf, Schema, Text, refusal
 
 STATUSES = ("printed", "calculated", "measured", "fitted", "inferred")
 """How a value is known: printed in the source, calculated from printed numbers, measured or fitted
@@ -30,7 +30,7 @@ _Source = Annotated[Text, After(_source)]
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Schema):
     """One number with its unit and its provenance."""
 
     value: _Value
@@ -44,7 +44,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Quantities:
+class Quantities(Schema):
     """A list of numbers of one kind with their unit and provenance."""
 
     value: tuple[_Value, ...]
@@ -58,7 +58,7 @@ class Quantities:
 
 
 @dataclass(frozen=True)
-class Choice:
+class Choice(Schema):
     """A named reading or convention with its provenance."""
 
     value: Text
@@ -67,12 +67,16 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Assignment:
+class Assignment(Schema):
     """Names of parts of the model -> names of parameters, with provenance."""
 
     value: dict[Text, Text]
     status: _Status
     source: _Source
+
+    def __post_init__(self) -> None:
+        """The assignment cannot be changed."""
+        plain_numbers(self)
 
 
 Sourced = Quantity | Quantities | Choice | Assignment

@@ -17,7 +17,7 @@ from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
-from drake_racket.io.schema import Text, read
+from drake_racket.io.schema import Schema, Text, read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.laws.strings import POINTS, SPRING_NAMES, spring_formula
@@ -37,7 +37,7 @@ JOINT_READINGS = ("by_axis", "as_printed")
 
 
 @dataclass(frozen=True)
-class Part:
+class Part(Schema):
     """A rigid part of the frame. The moments of inertia are about the part's centre of mass."""
 
     mass: Annotated[Quantity, Of("kg")]
@@ -49,7 +49,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class ThroatJoint:
+class ThroatJoint(Schema):
     """The two torsional spring-dampers between handle and head, labelled as the source prints."""
 
     reading: Annotated[Choice, Named(*JOINT_READINGS)]
@@ -77,7 +77,7 @@ class ThroatJoint:
 
 
 @dataclass(frozen=True)
-class StringBedParameters:
+class StringBedParameters(Schema):
     """Nine point masses and 24 springs; see `strings` for the law and the names of the springs."""
 
     gsc: Annotated[Quantity, Of("m")]  # geometric string-bed centre, from the throat joint along x
@@ -94,7 +94,7 @@ class StringBedParameters:
 
 
 @dataclass(frozen=True)
-class FrictionParameters:
+class FrictionParameters(Schema):
     """Sliding friction between ball and strings."""
 
     coefficients: Annotated[Quantities, Of("1", sign="non-negative")]  # mu1, mu2, ...
@@ -102,7 +102,7 @@ class FrictionParameters:
 
 
 @dataclass(frozen=True)
-class Landmarks:
+class Landmarks(Schema):
     """Named places on the handle, from the butt along x."""
 
     grip: Annotated[Quantity, Of("m", sign="non-negative")]
@@ -110,7 +110,7 @@ class Landmarks:
 
 
 @dataclass(frozen=True)
-class RacketParameters:
+class RacketParameters(Schema):
     """One racket with one string-bed: the whole content of one parameter file."""
 
     name: Text

@@ -15,7 +15,19 @@ from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import number_between, plain_numbers
-from drake_racket.io.schema import After, Flag, Number, OneOf, Text, Three, Vector, read, refusal
+from drake_racket.io.schema import (
+    After,
+    Flag,
+    Number,
+    OneOf,
+    Rule,
+    Schema,
+    Text,
+    Three,
+    Vector,
+    read,
+    refusal,
+)
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.grip import GRIP_KINDS, GripStiffness, load_grip
@@ -30,7 +42,7 @@ MAXIMUM_STEP = 2e-4
 
 
 @dataclass(frozen=True)
-class IntegratorSettings:
+class IntegratorSettings(Schema):
     """How a continuous plant is integrated; the defaults come from docs/performance.md.
 
     Attributes:
@@ -63,6 +75,19 @@ def check_integrator(
         )
 
 
+class _Overrides(Rule):
+    """Keys and numbers; which keys there are, and what their numbers may be, `overrides` knows."""
+
+    def check(self, value: Any, *, written: bool = False) -> dict[str, float]:
+        """The mapping as it is."""
+        if not isinstance(value, dict):
+            raise refusal(value, "keys and numbers")
+        for key in value:
+            if not isinstance(key, str):
+                raise refusal(key, "keys that are texts")
+        return value
+
+
 def _point(text: str) -> str:
     if text != "auto" and not re.fullmatch(r"[1-9][0-9]*", text, re.ASCII):
         raise refusal(text, "the number of a string-bed point (1 to 9), or auto")
@@ -76,7 +101,7 @@ def _time_step(step: float) -> float:
 
 
 @dataclass(frozen=True)
-class Scenario:
+class Scenario(Schema):
     """One impact. SI units; angles in degrees, as their names say.
 
     Attributes:
@@ -112,7 +137,7 @@ class Scenario:
     grip: Text = "normal"
     grip_kind: Annotated[str, OneOf(*GRIP_KINDS)] = "compliant"
     limb: LimbSettings = field(default_factory=LimbSettings)
-    overrides: dict[Text, Any] = field(default_factory=dict)
+    overrides: Annotated[dict[str, float], _Overrides()] = field(default_factory=dict)
     point: Annotated[Text, After(_point)] = "5"
     offset_x: Annotated[float, Number("m", -0.2, 0.2)] = 0.0
     offset_y: Annotated[float, Number("m", -0.2, 0.2)] = 0.0

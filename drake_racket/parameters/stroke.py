@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.numbers import number_between, plain_numbers
-from drake_racket.io.schema import Number, OneOf, Text, Three, read
+from drake_racket.io.schema import Number, OneOf, Schema, Text, Three, read
 
 Vector = NDArray[np.float64]
 
@@ -86,7 +86,7 @@ class PoseTarget:
 
 
 @dataclass(frozen=True)
-class Stroke:
+class Stroke(Schema):
     """What a user asks of the racket at impact. None is free; angles in degrees.
 
     Attributes:

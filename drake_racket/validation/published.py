@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import Number, Text
+from drake_racket.io.schema import Number, Schema, Text
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file
 
@@ -15,7 +15,7 @@ TOLERANCE_KINDS = ("relative", "absolute")
 
 
 @dataclass(frozen=True)
-class PublishedValue:
+class PublishedValue(Schema):
     """One published number or range; see the head of data/published.yaml for the keys."""
 
     key: Text = ""
@@ -35,7 +35,7 @@ class PublishedValue:
 
 
 @dataclass(frozen=True)
-class PublishedValues:
+class PublishedValues(Schema):
     """The whole file."""
 
     entries: tuple[PublishedValue, ...]

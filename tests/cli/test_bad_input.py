@@ -761,7 +761,7 @@ def test_good_scenarios_load_and_come_back(tree):
         if key == "integrator":
             assert found == IntegratorSettings(**value)
         else:
-            assert found == value, key
+            assert found == (tuple(value) if isinstance(value, list) else value), key
     again = parse_scenario(yaml.safe_dump(dataclasses.asdict(scenario)))
     assert again == scenario
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import json
 import math
+import pickle
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -14,7 +16,6 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydrake.common.yaml import yaml_dump_typed
 
 from drake_racket.cases.case import changed, check_scenario
 from drake_racket.io.errors import InputError
@@ -22,7 +23,7 @@ from drake_racket.io.numbers import finite_number, number_between
 from drake_racket.limbs.upper_limb_sdf import upper_limb_sdf
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.limb import load_upper_limb
-from drake_racket.parameters.limb_settings import LimbSettings, check_limb_settings
+from drake_racket.parameters.limb_settings import LimbSettings
 from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import check_racket, load_racket
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
@@ -96,11 +97,12 @@ def test_what_is_no_finite_number_is_refused(value: Any) -> None:
     refused(lambda: check_positive(key=value), "key", "a finite number")
     refused(lambda: changed(Scenario(), speed=value), "scenario: speed", "a finite number")
     gravity = [0.0, value, 0.0]
-    refused(lambda: changed(Scenario(), gravity=gravity), "scenario: gravity", "a finite number")
+    refused(lambda: changed(Scenario(), gravity=gravity), "scenario: gravity[1]", "a finite number")
     steps = IntegratorSettings(maximum_step=value)
     key = "scenario: integrator.maximum_step"
     refused(lambda: changed(Scenario(), integrator=steps), key, "a finite number")
-    refused(lambda: check_limb_settings(LimbSettings(mass=value)), "limb.mass", "a finite number")
+    limb = LimbSettings(mass=value)
+    refused(lambda: changed(Scenario(), limb=limb), "scenario: limb.mass", "a finite number")
     stroke = Stroke(guess_deg={"elbow": value})
     refused(lambda: check_stroke(stroke), "stroke: guess_deg.elbow", "a finite number")
     overrides = {"ball.mass": value}
@@ -136,7 +138,6 @@ def texts(scenario: Scenario) -> list[str]:
     return [
         json.dumps(tree),
         yaml.safe_dump(tree),
-        yaml_dump_typed(scenario),
         scenario_hash(scenario, {}),
     ]
 
@@ -151,20 +152,18 @@ def test_equal_numbers_give_equal_scenarios(number: Any) -> None:
     np.testing.assert_array_equal(scenario.ball_velocity(), plain.ball_velocity())
 
 
-def test_numbers_set_later_are_plain_after_the_check() -> None:
-    scenario, plain = Scenario(), scenario_of(25.0)
-    number = np.float32(25.0)
-    scenario.speed = np.int64(25)  # type: ignore[assignment]
-    scenario.gravity[1] = number
-    scenario.overrides["racket.string_bed.initial_tension"] = number
-    scenario.integrator.maximum_step = np.float64(2e-4)
-    scenario.limb.mass = scenario.limb.place[0] = number
-    scenario.limb.place[2] = 1
-    scenario.limb.stroke.position[1] = number / 16
-    scenario.limb.stroke.speed = number
-    scenario.limb.stroke.guess_deg["elbow"] = number
-    check_scenario(scenario)
-    assert texts(scenario) == texts(plain)
+def test_a_scenario_cannot_be_changed() -> None:
+    scenario = scenario_of(25.0)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        scenario.speed = 30.0  # type: ignore[misc]
+    with pytest.raises(TypeError, match="frozen"):
+        scenario.overrides["ball.mass"] = 0.06
+    with pytest.raises(TypeError):
+        scenario.gravity[1] = 1.0  # type: ignore[index]
+    for again in (copy.deepcopy(scenario), pickle.loads(pickle.dumps(scenario))):
+        assert again == scenario
+        with pytest.raises(TypeError, match="frozen"):
+            again.limb.stroke.guess_deg.clear()
 
 
 def test_no_container_of_the_caller_is_changed() -> None:
@@ -190,16 +189,18 @@ def test_a_subject_of_no_size_is_refused(value: Any) -> None:
         refused(lambda key=key: load_upper_limb(**{key: value}), f"load_upper_limb: {key}", allowed)
 
 
-@pytest.mark.parametrize("later", [False, True])
-def test_quantities_of_numpy_numbers_give_the_same_racket(later: bool) -> None:
-    plain, other = load_racket(), load_racket()
-    mass = other.head.mass
-    if later:
-        mass.value = np.float64(mass.value)
-        other.friction.coefficients.value[0] = np.float64(other.friction.coefficients.value[0])
-    else:
-        other.head.mass = dataclasses.replace(mass, value=np.float64(mass.value))
+def test_quantities_of_numpy_numbers_give_the_same_racket() -> None:
+    plain = load_racket()
+    mass = dataclasses.replace(plain.head.mass, value=np.float64(plain.head.mass.value))
+    values = [np.float64(x) for x in plain.friction.coefficients.value]
+    coefficients = dataclasses.replace(plain.friction.coefficients, value=values)  # type: ignore[arg-type]
+    other = dataclasses.replace(
+        plain,
+        head=dataclasses.replace(plain.head, mass=mass),
+        friction=dataclasses.replace(plain.friction, coefficients=coefficients),
+    )
     check_racket(other)
+    assert other == plain
     assert racket_sdf(other) == racket_sdf(plain)
     assert yaml.safe_dump(dataclasses.asdict(other)) == yaml.safe_dump(dataclasses.asdict(plain))
     for value in (10**400, np.nan, True, "1"):

@@ -338,9 +338,10 @@ def world_jacobian(case: SimpleNamespace, state: StrokeState, h: float = 1e-6) -
 def test_a_planar_arm_takes_the_nearest_posture_and_the_smallest_rates():
     case = CASES[3, "weld"]
     guess = {"one": -40.0, "two": 50.0, "three": 10.0}
-    stroke = Stroke(position=[0.7, 0.3, None], speed=9.0, guess_deg=guess)
     # the hand is tilted out of the plane: ask for the direction that stays in it
-    stroke.velocity_azimuth_deg = 25.0
+    stroke = Stroke(
+        position=[0.7, 0.3, None], speed=9.0, guess_deg=guess, velocity_azimuth_deg=25.0
+    )
     state = solve(case, stroke)
     place = case.gsc.CalcPoseInWorld(applied(case, state)).translation()
     np.testing.assert_allclose(place[:2], [0.7, 0.3], rtol=0, atol=1e-9)

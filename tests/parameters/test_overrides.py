@@ -379,7 +379,7 @@ def test_overrides_in_a_scenario_file():
     scenario = parse_scenario(text)
     assert scenario.load_racket().head.mass.value == 0.17
     assert scenario.load_racket().head.mass.status == "inferred"
-    assert scenario.load_grip().force_stiffness.value == [4e4, 3e4, 3e4]
+    assert scenario.load_grip().force_stiffness.value == (4e4, 3e4, 3e4)
     assert parse_scenario(yaml.safe_dump(dataclasses.asdict(scenario))) == scenario
 
 

@@ -152,8 +152,9 @@ def test_clamped_bed_has_the_nine_frequencies_of_the_hand_written_problem(bed):
     assert modes.frequencies[strings] == pytest.approx(expected, rel=1e-8)
     assert np.allclose(modes.damping_ratios[strings], 0.0, atol=1e-12)
     # an undamped string keeps its damper out of sight: dL/dt is of second order
-    damped = copy.deepcopy(parameters)
-    damped.string_bed.damping.value = 5.0
+    damping = dataclasses.replace(parameters.string_bed.damping, value=5.0)
+    bed = dataclasses.replace(parameters.string_bed, damping=damping)
+    damped = dataclasses.replace(parameters, string_bed=bed)
     again = solve(damped, support="clamped_head")
     assert np.allclose(again.damping_ratios[strings], 0.0, atol=1e-12)
 
