@@ -42,8 +42,8 @@ def load_file(path: Path, schema: type[T], *, complete: bool) -> T:
     """Reads `path` into the dataclass `schema`.
 
     Args:
-        complete: every field must be present (parameter files); otherwise missing fields keep
-            the dataclass's defaults (scenarios).
+        complete: every field must be present (parameter files) whose metadata do not call it
+            `optional`; otherwise missing fields keep the dataclass's defaults (scenarios).
 
     Raises:
         InputError: the file cannot be read, is not YAML, or does not fit the schema.
@@ -171,6 +171,8 @@ def _check(tree: Any, schema: Any, where: str, path: str, complete: bool) -> Any
         return tree
     if schema is float:
         return _number(tree, key)
+    if schema is int:
+        return _whole_number(tree, key)
     raise TypeError(f"{schema!r} is not supported in a typed YAML file")
 
 
@@ -182,12 +184,15 @@ def _check_mapping(tree: Any, schema: type, where: str, path: str, complete: boo
     for key in tree:
         if key not in hints:
             raise InputError(where + prefix + key, "an unknown key", _names(schema))
+    optional = {
+        f.name: f.default for f in dataclasses.fields(schema) if f.metadata.get("optional", False)
+    }
     for name in hints:
-        if complete and name not in tree:
+        if complete and name not in tree and name not in optional:
             raise InputError(where + prefix + name, "nothing", "this key must be given")
     return {
         name: _check(value, hints[name], where, prefix + name, complete)
-        for name, value in tree.items()
+        for name, value in (optional | tree).items()
     }
 
 
@@ -201,6 +206,13 @@ def _number(value: Any, key: str) -> float:
     if not math.isfinite(number):
         raise InputError(key, value, "a finite number")
     return number
+
+
+def _whole_number(value: Any, key: str) -> int:
+    number = _number(value, key)
+    if number != int(number):
+        raise InputError(key, value, "a whole number")
+    return int(number)
 
 
 def _text(value: str | int | float, key: str) -> str:

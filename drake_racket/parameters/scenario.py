@@ -57,7 +57,8 @@ class Scenario:
         limb: with support `limb`, which one, and its stroke: `limbs.settings`.
         overrides: single numbers of racket, ball and grip in place of their files', by dotted key:
             `racket.head.mass`, `ball.stiffness_low`, `grip.force_stiffness.x`; see `overrides`.
-        point: `1` to `9`, or `auto` for the point nearest to the ball at touch.
+        point: a number (`1` to `9` on a bed of nine), or `auto` for the point nearest to the ball
+            at touch.
         offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre).
         speed: of the ball, in the world.  incidence_deg: from the normal of the strings.
             azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
@@ -98,7 +99,7 @@ class Scenario:
         plain_numbers(self)
 
     def point_number(self) -> int:
-        """1-9, or 0 for `auto`."""
+        """1 to the number of points, or 0 for `auto`."""
         return 0 if self.point == "auto" else int(self.point)
 
     def load_racket(self) -> RacketParameters:
@@ -116,7 +117,8 @@ class Scenario:
 
     def aim(self, racket: RacketParameters) -> NDArray[np.float64]:
         """Where the ball is aimed, p_RoA_R (m)."""
-        x, y, z = racket.point(self.point_number() or 5)
+        number = self.point_number()
+        x, y, z = racket.point(number) if number else racket.centre()
         return np.array([x + self.offset_x, y + self.offset_y, z])
 
     def ball_velocity(self) -> NDArray[np.float64]:
@@ -149,7 +151,6 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "reaction_point": REACTION_POINTS,
     "support": SUPPORTS,
     "grip_kind": GRIP_KINDS,
-    "point": ("1", "2", "3", "4", "5", "6", "7", "8", "9", "auto"),
 }
 
 
@@ -202,13 +203,16 @@ def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
         check_known(stray, parameter_keys(racket, ball, grip))
         _check_grip_overrides(scenario, where)
     check_limb_settings(scenario.limb, f"{where}: limb")
+    points = [*map(str, racket.bed_topology().points), "auto"]
+    if scenario.point not in points:
+        raise InputError(f"{where}: point", scenario.point, ", ".join(points))
     _check_aim(scenario, racket, where)
 
 
 def _check_types(scenario: Scenario, where: str) -> None:
     """YAML is typed as it is read; this is for scenarios that Python code has built."""
     kinds = (
-        (str, "a text", ("racket", "ball", "grip", *_CHOICES)),
+        (str, "a text", ("racket", "ball", "grip", "point", *_CHOICES)),
         (list, "a list", ("gravity",)),
         (bool, "true or false", ("audit",)),
         (IntegratorSettings, "IntegratorSettings", ("integrator",)),
@@ -255,7 +259,7 @@ def check_integrator(
 
 
 def _check_aim(scenario: Scenario, racket: RacketParameters, where: str) -> None:
-    centre = np.array(racket.point(5))
+    centre = np.array(racket.centre())
     x, y, _ = scenario.aim(racket) - centre
     bed = racket.string_bed
     a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value

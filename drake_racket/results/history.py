@@ -15,7 +15,6 @@ from pydrake.math import RollPitchYaw
 
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import TOUCH
-from drake_racket.laws.strings import SPRING_NAMES
 from drake_racket.limbs.stroke import coordinate_names
 from drake_racket.plant.properties import frame_fundamentals
 from drake_racket.results.geometry import (
@@ -93,8 +92,8 @@ def make_history(run: Run, balances: Sequence[Balance]) -> xarray.Dataset:
         coords={
             "time": ("time", run.time - zero, dict(TIME_ATTRIBUTES)),
             "axis": list(_XYZ),
-            "point": np.arange(1, 10),
-            "spring": list(SPRING_NAMES),
+            "point": list(run.system.impact.racket.parameters.bed_topology().points),
+            "spring": list(run.system.impact.racket.parameters.bed_topology().names),
         }
         | geometry.coordinates()
         | ({} if limb is None else {"joint": _joint_coordinate(limb.limb)})

@@ -25,7 +25,7 @@ from drake_racket.io.files import (
     write_table,
     write_text,
 )
-from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.limbs.torques import JOINT_TORQUES
 from drake_racket.parameters.grip import GRIPS
 from drake_racket.parameters.scenario import changed
