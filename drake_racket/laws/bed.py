@@ -68,9 +68,16 @@ class BedTopology:
         return np.stack([self.first, self.second])
 
 
-@functools.cache
 def grid_topology(columns: int = 3, rows: int = 3) -> BedTopology:
-    """The bed of `rows` rows of `columns` points; the default is that of Glynn et al. 2011."""
+    """The bed of `rows` rows of `columns` points, one object for each pair of numbers.
+
+    The default is that of Glynn et al. 2011.
+    """
+    return _grid(columns, rows)
+
+
+@functools.cache
+def _grid(columns: int, rows: int) -> BedTopology:
     grid = np.arange(1, rows * columns + 1).reshape(rows, columns)
     springs: list[tuple[str, int, int, tuple[float, float]]] = []
     for lines, start, end, (x, y) in (

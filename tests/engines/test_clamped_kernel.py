@@ -288,3 +288,29 @@ def test_the_stamp_of_the_sources_changes_with_them(tmp_path):
         (tmp_path / "law.py").write_text(text)
         stamps.append(sources_stamp(module))
     assert stamps[0] != stamps[1]
+
+
+def test_a_second_touch_latches_its_own_offset():
+    """Friction by displacement counts from the last touch, and so do its derivatives."""
+    racket = load_racket("recreational", "low")
+    _, x = bed_parameters(racket)
+    x = x.copy()
+    x[0] = 60.0
+    velocity = np.array([[0.6, 0.3, -18.0]])
+
+    def rebound(values, free):
+        bed = dataclasses.replace(make_bed(racket, values, free), mass=0.03)
+        impacts = make_impacts(
+            racket, BALL, [5], velocity, free=len(free), friction_reading="displacement"
+        )
+        # a long scale: the ball goes on sliding within it, and nothing is stiff
+        impacts.balls[:, 5] = 0.002
+        return run([bed], impacts, step=1e-6)
+
+    outcome = rebound(x, ["T0"])
+    assert outcome.ended.all()
+    assert outcome.touches[0] > 1
+    step = 1e-4 * x[0]
+    high, low = (rebound(x + s * np.eye(len(x))[0], []).values[0] for s in (step, -step))
+    difference = (high - low) / (2.0 * step)
+    assert difference[:3] == pytest.approx(outcome.jacobian[0, :3, 0], rel=1e-4)
