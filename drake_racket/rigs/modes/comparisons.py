@@ -167,13 +167,13 @@ def _limit(parameters: RacketParameters, strung: bool, support: str) -> NDArray[
 def string_bed_coupling(
     racket: str = "tour", tension: str = "low", joint_reading: str | None = None
 ) -> xarray.Dataset:
-    """The nine string-bed modes with the head clamped, and what the free frame makes of them.
+    """The string-bed modes with the head clamped, and what the free frame makes of them.
 
     Clamped and free modes are paired by their string deflections (MAC, the squared cosine between
     them), not by their order.
 
     Returns:
-        A Dataset over `mode` (1-9, by rising frequency with the head clamped): both frequencies and
+        A Dataset over `mode` (by rising frequency with the head clamped): both frequencies and
         the relative shift, the overlap, the throat joint's share in the strain energy and the
         frame's motion of the free mode, the clamped shapes over `point`, and their symmetry.
 
