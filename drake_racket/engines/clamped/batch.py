@@ -120,7 +120,8 @@ class Outcome:
 def run(beds: Sequence[Bed], impacts: Impacts, *, step: float = STEP) -> Outcome:
     """Simulates a batch, compiled and on all cores where numba is installed.
 
-    Without numba the same code runs as plain Python, some thousand times slower.
+    Without numba the same code runs as plain Python, some five hundred times slower: 0.1 s for an
+    impact, 1 s with the sensitivities of a fit.
 
     Args:
         beds: of one topology.

@@ -11,7 +11,7 @@ the computed states at a fixed time. Where the force jumps (a second touch at t_
 
 Touch and release are those of `laws.phases`, on a record like a BallContact's; the bed has no rim
 here that a ball could miss. Without numba the same source runs as plain Python: it gives the same
-numbers, but takes a second and more for an impact.
+numbers, but takes 0.1 s for an impact, and 1 s with the sensitivities of a fit.
 """
 
 from __future__ import annotations
