@@ -3,7 +3,7 @@
     python benchmarks/clamped_batch.py [--repeats 7] [--out docs/figures/clamped_batch.csv]
 
 In one run, each at the coarsest setting whose rebound speeds are within 1e-4 of the converged ones:
-the compiled kernel, the same on NumPy arrays, the Drake rig (its Diagram built before), scipy's
+the compiled kernel, the Drake rig (its Diagram built before), scipy's
 solve_ivp (RK45) over the same laws, and the barest compiled loop (`minimal_clamped`). Ratios are
 those of the medians.
 """
@@ -24,8 +24,9 @@ from scipy.integrate import solve_ivp
 from drake_racket import IntegratorSettings, Scenario, make_impact_diagram, simulate
 from drake_racket.cases.case import changed
 from drake_racket.engines.clamped.batch import bed_parameters, make_bed, make_impacts, run
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.laws.contact import contact_law
-from drake_racket.laws.strings import POINT_NUMBERS, generalized_forces
+from drake_racket.laws.strings import generalized_forces
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.racket import load_racket
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS, head_clamped_scenario
@@ -35,8 +36,8 @@ SPEED = np.tile(CANNON_SPEEDS, len(POINT_NUMBERS))
 TARGET = 1e-4
 
 
-def by_kernel(bed, impacts, step: float, path: str = "compiled") -> np.ndarray:
-    return run([bed], impacts, step=step, path=path).values[:, 2]
+def by_kernel(bed, impacts, step: float) -> np.ndarray:
+    return run([bed], impacts, step=step).values[:, 2]
 
 
 def by_minimal(bed, impacts, step: float) -> np.ndarray:
@@ -54,7 +55,7 @@ def by_drake(system, base: Scenario, settings: IntegratorSettings) -> np.ndarray
 
 
 def by_solve_ivp(bed, impacts, rtol: float) -> np.ndarray:
-    speeds = []
+    speeds, incidence = [], bed.topology.incidence
     for point, velocity, ball in zip(POINT - 1, impacts.velocities, impacts.balls, strict=True):
 
         def contact(y, p=point, ball=ball):
@@ -64,7 +65,7 @@ def by_solve_ivp(bed, impacts, rtol: float) -> np.ndarray:
             force = contact(y)[2]
             f = np.empty(20)
             f[:9], f[18] = y[9:18], y[19]
-            f[9:18] = generalized_forces(y[:9], y[9:18], bed.constants) / bed.mass
+            f[9:18] = generalized_forces(*y[:18].reshape(2, 9), bed.constants, incidence) / bed.mass
             f[9 + p] -= force / bed.mass
             f[19] = force / impacts.ball_mass
             return f
@@ -96,7 +97,6 @@ def ways(racket, ball) -> dict[str, tuple[Callable[..., np.ndarray], list]]:
             lambda h: by_kernel(with_all, with_all_impacts, h),
             steps,
         ),
-        "kernel on NumPy arrays": (lambda h: by_kernel(bed, impacts, h, "numpy"), steps),
         "barest compiled loop": (lambda h: by_minimal(bed, impacts, h), steps),
         "solve_ivp loop": (lambda r: by_solve_ivp(bed, impacts, r), [1e-2, 1e-3, 1e-4, 1e-5]),
         "Drake rig": (lambda s: by_drake(system, base, s), settings),

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.laws.contact import ball_constants
-from drake_racket.laws.strings import INCIDENCE, SPRINGS
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.plant.racket import string_bed_model
 
@@ -71,10 +70,10 @@ def numbers_of(scenario: Scenario) -> Numbers:
         c_z=c_z,
         k_y=k_y,
         c_y=c_y,
-        points=np.array([racket.point_in_head(i) for i in range(1, 10)]),
-        string_mass=racket.string_bed.mass.value / 9.0,
-        incidence=INCIDENCE,
-        ends=tuple((i - 1, j - 1) for i, j in SPRINGS.values()),
+        points=np.array([racket.point_in_head(i) for i in racket.bed_topology().points]),
+        string_mass=racket.string_mass(),
+        incidence=bed.topology.incidence,
+        ends=tuple((int(i), int(j)) for i, j in bed.topology.ends.T),
         spring_k=bed.stiffness[bed.stiffness_index] * factors[bed.rim_factor_index],
         lengths=bed.lengths,
         initial_tension=bed.initial_tension,

@@ -10,10 +10,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.laws.strings import SPRINGS
+from drake_racket.laws.bed import grid_topology
 
-FIRST = np.array([i - 1 for i, _ in SPRINGS.values()])
-SECOND = np.array([j - 1 for _, j in SPRINGS.values()])
+FIRST, SECOND = grid_topology().ends
 
 
 @numba.njit(cache=True, error_model="numpy")

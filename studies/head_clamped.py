@@ -14,7 +14,7 @@ import numpy as np
 from drake_racket import write_figure, write_netcdf, write_table
 from drake_racket.io.errors import one_line_errors
 from drake_racket.io.files import check_directory
-from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.plots.rigs.restitution import bed_maps, oblique_figure, restitution_over_speed
 from drake_racket.rigs.head_clamped import (
     CANNON_SPEEDS,

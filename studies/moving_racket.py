@@ -12,7 +12,7 @@ from pathlib import Path
 from drake_racket import load_racket, write_figure, write_netcdf, write_table
 from drake_racket.io.errors import one_line_errors
 from drake_racket.io.files import check_directory
-from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.plots.rigs.restitution import along_axis_figure, bed_maps
 from drake_racket.rigs.modes.shapes import head_node
 from drake_racket.rigs.restitution_map import along_axis, axis_offsets, restitution_map

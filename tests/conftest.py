@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_racket.laws.strings import POINTS, SPRINGS
+from drake_racket.laws.bed import grid_topology
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.racket import RacketParameters, load_racket
 from drake_racket.plant.racket import string_bed_model
@@ -16,6 +16,12 @@ from tests.oracles.free_racket import FreeRacketParams
 
 ROOT = Path(__file__).resolve().parent.parent
 """The checkout."""
+
+BED = grid_topology()
+"""Of the paper."""
+
+SPRINGS = {n: (i + 1, j + 1) for n, (i, j) in zip(BED.names, BED.ends.T.tolist(), strict=True)}
+"""Name of each of its springs -> point, point or 0 for the rim."""
 
 BEDS = [(r, t) for r in ("tour", "recreational") for t in ("low", "high")]
 
@@ -35,17 +41,17 @@ def kb_cb(ball: BallParameters, speed: float) -> tuple[float, float]:
 
 def grid_xy(racket: RacketParameters) -> np.ndarray:
     s = racket.string_bed.spacing.value
-    return np.array([(row * s, column * s) for column, row in POINTS.values()])
+    return np.array([(row * s, column * s) for row in (1, 0, -1) for column in (1, 0, -1)])
 
 
 def springs(racket: RacketParameters) -> dict[str, np.ndarray]:
     """The 24 springs as the oracles take them; the rim is -1."""
     model = string_bed_model(racket)
     factors = np.append(model.rim_factors, 1.0)
-    pairs = np.array(list(SPRINGS.values())) - 1
+    pairs = model.topology.ends
     return {
-        "spring_i": pairs[:, 0],
-        "spring_j": pairs[:, 1],
+        "spring_i": pairs[0],
+        "spring_j": pairs[1],
         "spring_k": model.stiffness[model.stiffness_index] * factors[model.rim_factor_index],
         "spring_L0": model.lengths,
     }

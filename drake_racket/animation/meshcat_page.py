@@ -1,8 +1,8 @@
 """The scene in Drake's Meshcat, saved as one page that needs no server.
 
-The scene's tree: `/racket/handle`, `/racket/head` and below it `point_1` ... `point_9` with the
+The scene's tree: `/racket/handle`, `/racket/head` and below it `point_1`, `point_2`, ... with the
 springs that start there, `/ball`, `/limb`. Each frame places the two bodies, the ball, the limb and
-the nine points. A spring is a line from the origin to (1, 0, 1) or (0, 1, 1), and its `scale` is
+the points. A spring is a line from the origin to (1, 0, 1) or (0, 1, 1), and its `scale` is
 the vector between its ends: exact between frames too.
 """
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.animation.scene import Geometry
-from drake_racket.laws.strings import POINTS, SPRINGS, rest_lengths
+from drake_racket.laws.bed import rest_lengths
 from drake_racket.plots.style import GRIP_HALF_WIDTH
 
 TUBE_RADIUS = 0.007  # m, of rim and throat; drawn only
@@ -52,27 +52,23 @@ def racket_outline(geometry: Geometry) -> Outline:
 
 
 def string_points(geometry: Geometry) -> NDArray[np.float64]:
-    """Places of points 1-9 at rest in the head, (9, 3) m."""
+    """Places of the points at rest in the head, (n, 3) m."""
     s = geometry.spacing
-    return np.array([(geometry.gsc + row * s, column * s, 0.0) for column, row in POINTS.values()])
+    return np.array([(geometry.gsc + x * s, y * s, 0.0) for x, y in geometry.bed.places])
 
 
 def spring_ends(geometry: Geometry) -> list[tuple[int, int, NDArray[np.float64]]]:
     """Of each spring: its first point, its second or 0 for the rim, and the vector between.
 
-    Points are numbered 1-9; the vector (m) is at rest, in the head.
+    Points are numbered from 1; the vector (m) is at rest, in the head.
     """
-    points = string_points(geometry)
-    lengths = rest_lengths(geometry.spacing, geometry.rim_semi_axis_x, geometry.rim_semi_axis_y)
-    outward = {"tip": (1, 0), "throat": (-1, 0), "left": (0, 1), "right": (0, -1)}
-    ends = []
-    for (name, (i, j)), length in zip(SPRINGS.items(), lengths, strict=True):
-        if j:
-            vector = points[j - 1] - points[i - 1]
-        else:
-            vector = length * np.array([*outward[name.split("-")[0]], 0.0])
-        ends.append((i, j, vector))
-    return ends
+    bed = geometry.bed
+    lengths = rest_lengths(
+        bed, geometry.spacing, geometry.rim_semi_axis_x, geometry.rim_semi_axis_y
+    )
+    vectors = np.column_stack([lengths[:, None] * bed.directions, np.zeros(len(lengths))])
+    first, second = (1 + bed.ends).tolist()
+    return list(zip(first, second, vectors, strict=True))
 
 
 def tube(

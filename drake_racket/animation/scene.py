@@ -26,6 +26,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from drake_racket.animation.settings import AnimationSettings
 from drake_racket.io.errors import InputError
+from drake_racket.laws.bed import BedTopology, named_topology
 
 if TYPE_CHECKING:
     import xarray
@@ -47,7 +48,7 @@ _NEEDED = (
 
 @dataclass(frozen=True)
 class Geometry:
-    """Lengths (m) of racket and ball, and the landmarks (names) that segments of a limb join."""
+    """Lengths (m) of racket and ball, landmarks (names) that a limb's segments join, the bed."""
 
     handle_length: float
     head_length: float
@@ -57,6 +58,7 @@ class Geometry:
     rim_semi_axis_y: float
     ball_radius: float
     segments: tuple[tuple[str, str], ...]
+    bed: BedTopology
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ class Scene:
     Attributes:
         fps: of the animation.  time: (n,) s from touch.
         handle: with its origin at the butt.  head: at the throat joint.
-        strings: (n, 9) drawn deflections of the masses along the head's z.
+        strings: (n, points) drawn deflections of the masses along the head's z.
         ball: with its z along the normal of the strings.  ball_axes: (n, 3) semi-axes.
         landmarks: name -> (n, 3).
         force: (n,) normal force (N).  bending: (n,) true angle out of plane (rad).
@@ -112,15 +114,17 @@ def read_geometry(history: xarray.Dataset) -> Geometry:
         InputError: it is not a history, lacks something, or has numbers that are not finite.
 
     """
-    missing = [name for name in ("time", *_NEEDED) if name not in history.variables]
+    missing = [name for name in ("time", "spring", *_NEEDED) if name not in history.variables]
     missing += [name for name in ("geometry", "scenario", "title") if name not in history.attrs]
     if missing:
         allowed = f"a history of this version of drake-racket impact (this lacks {missing[0]})"
         raise InputError("LOG", str(history.encoding.get("source", "dataset")), allowed)
+    bed = _bed(history)
     try:
         values = json.loads(history.attrs["geometry"])
         segments = tuple((str(a), str(b)) for a, b in values.pop("segments"))
-        geometry = Geometry(**{k: float(v) for k, v in values.items()}, segments=segments)
+        lengths = {k: float(v) for k, v in values.items()}
+        geometry = Geometry(**lengths, segments=segments, bed=bed)
         scenario = json.loads(history.attrs["scenario"])
         str(scenario["support"]), float(scenario["speed"]), float(scenario["incidence_deg"])
     except (ValueError, TypeError, KeyError, AttributeError):
@@ -135,6 +139,15 @@ def read_geometry(history: xarray.Dataset) -> Geometry:
         if not np.all(np.isfinite(history[name].to_numpy())):
             raise InputError(f"LOG: {name}", "nan or inf", "finite numbers")
     return geometry
+
+
+def _bed(history: xarray.Dataset) -> BedTopology:
+    springs = history["spring"].to_numpy().astype(str).tolist()
+    bed = named_topology(springs)
+    if bed is None or history["string_deflection"].shape[1:] != (len(bed.points),):
+        allowed = "the springs of a bed, and the deflections of its points"
+        raise InputError("LOG: spring", f"{len(springs)} names", allowed)
+    return bed
 
 
 def make_scene(

@@ -21,7 +21,6 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.fingerprint import digest
 from drake_racket.io.schema import read
 from drake_racket.io.yaml_files import load_file, load_text
-from drake_racket.laws.strings import POINT_NUMBERS
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.limb import UpperLimbParameters, load_upper_limb
@@ -86,7 +85,7 @@ class Case:
             scenario.audit,
             tuple(quantity.value for quantity in lengths),
             tuple(sorted(bed.springs.value.items())),
-            (len(bed.stiffness.value), len(bed.rim_factors.value)),
+            (len(bed.stiffness.value), len(bed.rim_factors.value), bed.columns, bed.rows),
         )
 
     def __repr__(self) -> str:
@@ -112,8 +111,9 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
         stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
         check_known(stray, parameter_keys(racket, ball, grip))
         _check_grip_overrides(scenario, where)
-    if scenario.point_number() not in (0, *POINT_NUMBERS):
-        raise InputError(f"{where}: point", scenario.point, f"1 to {len(POINT_NUMBERS)}, or auto")
+    points = [*map(str, racket.bed_topology().points), "auto"]
+    if scenario.point not in points:
+        raise InputError(f"{where}: point", scenario.point, ", ".join(points))
     _check_aim(scenario, racket, where)
     limb, limb_hash = None, ""
     if scenario.support == "limb":
@@ -176,7 +176,7 @@ def _check_grip_overrides(scenario: Scenario, where: str) -> None:
 
 def _check_aim(scenario: Scenario, racket: RacketParameters, where: str) -> None:
     """The aim lies on the string-bed."""
-    centre = np.array(racket.point(5))
+    centre = np.array(racket.centre())
     x, y, _ = scenario.aim(racket) - centre
     bed = racket.string_bed
     a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value

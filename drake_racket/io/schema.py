@@ -95,6 +95,21 @@ class Number(Rule):
 
 
 @dataclass(frozen=True)
+class Whole(Rule):
+    """A whole number from `least` to `most`."""
+
+    least: int
+    most: int
+
+    def check(self, value: Any, *, written: bool = False) -> int:
+        """A Python int."""
+        number = Number("1").check(value, written=written)
+        if number != int(number) or not self.least <= number <= self.most:
+            raise refusal(value, f"a whole number from {self.least} to {self.most}")
+        return int(number)
+
+
+@dataclass(frozen=True)
 class Three(Rule):
     """Three numbers, each within `most` of 0; with `free`, None leaves a component open."""
 

@@ -41,6 +41,7 @@ FREE, CONTACT, PASSED = 0.0, 1.0, 2.0
 leaving the strings, or having gone past outside the rim)."""
 
 
+@compilable
 def ball_constants(v: Any, speed_low: Any, speed_high: Any, low: Any, growth: Any) -> Any:
     """The constant kb (N/m) or cb (N s/m) at the normal approach speed `v` (m/s).
 

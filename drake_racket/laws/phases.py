@@ -1,14 +1,19 @@
-"""What a BallContact is made of and what it latches: numbers, state, touch and release, record."""
+"""The phases of a contact: when ball and strings touch and part, and what that leaves on record.
+
+A record is a flat array of floats; PHASE, POINT and so on are the places of its numbers. The
+functions change it in place. They run on floats, on AutoDiffXd (an array of objects, into which
+they write floats too) and compiled. Drake's BallContact keeps a record as its discrete state.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, FREE, PASSED, ball_constants
 
 
@@ -17,7 +22,7 @@ class ContactBodies:
     """Indices of the plant's bodies, for the ports that list all bodies."""
 
     ball: int
-    strings: tuple[int, ...]  # nine, points 1-9
+    strings: tuple[int, ...]  # of the points in order
 
 
 @dataclass(frozen=True)
@@ -27,11 +32,11 @@ class ContactModel:
     Attributes:
         ball: speed_low, speed_high (m/s), kb at speed_low (N/m), its growth, cb at speed_low
             (N s/m), its growth.
-        friction: mu at points 1-9.
+        friction: mu at the n points.
         scales: s_v (m/s), s_d (m).
-        grid: (9, 2) x, y (m) of the points in the head, about the centre.
+        grid: (n, 2) x, y (m) of the points in the head, about the centre.
         rim: semi-axes along x, y (m); a ball outside passes by.
-        point: 1-9, or 0 for the point nearest at touch.
+        point: its number, or 0 for the point nearest at touch.
 
     """
 
@@ -68,6 +73,9 @@ SIZE = 15
 WEIGHT, RATE, LEAD, SEEN, POWER = 15, slice(16, 19), slice(19, 22), 22, slice(23, 29)
 DISCRETE_SIZE = 29
 
+NO_TIME = float("nan")
+"""Of a touch or release that has not been."""
+
 
 @dataclass(frozen=True)
 class ContactRecord:
@@ -100,64 +108,119 @@ def contact_record(state: Any) -> ContactRecord:
     )
 
 
-def touch_changes(
-    state: Any, point: int, p: Any, v: Any, time: Any, parameters: Sequence[Any]
-) -> dict[int, Any]:
-    """What a touch latches: the first one approach speed, kb, cb; each one the other constants.
+@compilable
+def nearest_point(grid: Any, x: Any, y: Any) -> int:
+    """Number (from 1) of the point that is nearest to a place in the head (m about the centre)."""
+    nearest = 0
+    for i in range(1, len(grid)):
+        here = (grid[i, 0] - x) ** 2 + (grid[i, 1] - y) ** 2
+        if here < (grid[nearest, 0] - x) ** 2 + (grid[nearest, 1] - y) ** 2:
+            nearest = i
+    return nearest + 1
+
+
+@compilable
+def inside_rim(grid: Any, rim: Any, point: int, p: Any) -> bool:
+    """Is the ball, at p (m) from a point's string mass, over the strings? Else it passes by."""
+    x, y = grid[point - 1, 0] + p[0], grid[point - 1, 1] + p[1]
+    return bool((x / rim[0]) ** 2 + (y / rim[1]) ** 2 < 1.0)
+
+
+@compilable
+def next_phase(phase: float, gap: Any, rate: Any, raw: Any, inside: bool) -> float:
+    """The phase that follows on `phase` at a state; it may be the same.
 
     Args:
-        state: before it.
-        point: 1-9, that is hit.
-        p, v: of the ball about the string mass, in the head (m, m/s).
-        time: s.
-        parameters: the BallContact's: ball, friction, scales, choices.
+        gap, rate: height (m) of the ball over the string mass and its rate (m/s).
+        raw: kb x + cb x' (N), looked at in contact.  inside: of `inside_rim`.
 
     """
-    ball, friction, scales, choices = parameters
-    by_displacement = round(value_of(choices[1]))
-    touches = round(value_of(state[TOUCHES]))
-    changes = {
-        PHASE: CONTACT,
-        POINT: point,
-        MU: friction[point - 1],
-        OFFSET_X: p[0],
-        OFFSET_Y: p[1],
-        SCALE: scales[by_displacement],
-        BY_DISPLACEMENT: by_displacement,
-        AT_BALL: choices[2],
-        TOUCHES: touches + 1,
-    }
-    if touches == 0:
-        low, high, kb, kb_growth, cb, cb_growth = ball
-        changes |= {
-            SPEED: -v[2],
-            KB: ball_constants(-v[2], low, high, kb, kb_growth),
-            CB: ball_constants(-v[2], low, high, cb, cb_growth),
-            TOUCH: time,
-        }
-    return changes
+    if phase == CONTACT:
+        if raw <= 0.0:
+            return PASSED if gap < 0.0 else FREE
+        return CONTACT
+    if phase == PASSED:
+        return FREE if gap >= 0.0 else PASSED
+    if gap <= 0.0 and rate < 0.0 and inside:
+        return CONTACT
+    return PASSED if gap < 0.0 else FREE
 
 
-def late_touch_changes(p: Any, v: Any, step: float) -> dict[int, Any]:
+@compilable
+def latch(
+    record: Any,
+    point: int,
+    p: Any,
+    v: Any,
+    time: Any,
+    kb: Any,
+    cb: Any,
+    mu: Any,
+    scale: Any,
+    by_displacement: Any,
+    at_ball: Any,
+) -> None:
+    """A touch, with the constants of `contact_law` given; kb and cb count at the first one only.
+
+    Args:
+        point: number of the point that is hit.
+        p, v: of the ball about the string mass, in the head (m, m/s).
+        time: s.
+        at_ball: the reaction acts at the ball (1) or at the string mass (0).
+
+    """
+    if record[TOUCHES] < 0.5:
+        record[SPEED], record[KB], record[CB], record[TOUCH] = -v[2], kb, cb, time
+    record[PHASE], record[POINT], record[MU] = CONTACT, float(point), mu
+    record[OFFSET_X], record[OFFSET_Y] = p[0], p[1]
+    record[SCALE], record[BY_DISPLACEMENT], record[AT_BALL] = scale, by_displacement, at_ball
+    record[TOUCHES] += 1.0
+
+
+@compilable
+def touch(
+    record: Any,
+    point: int,
+    p: Any,
+    v: Any,
+    time: Any,
+    ball: Any,
+    friction: Any,
+    scales: Any,
+    choices: Any,
+) -> None:
+    """A touch: the first one latches approach speed, kb and cb; each one the other constants.
+
+    Args:
+        point, p, v, time: as of `latch`.
+        ball, friction, scales, choices: the parameters of a BallContact.
+
+    """
+    kb = ball_constants(-v[2], ball[0], ball[1], ball[2], ball[3])
+    cb = ball_constants(-v[2], ball[0], ball[1], ball[4], ball[5])
+    by_displacement = 1.0 if choices[1] > 0.5 else 0.0
+    scale = scales[1] if choices[1] > 0.5 else scales[0]
+    mu = friction[point - 1]
+    latch(record, point, p, v, time, kb, cb, mu, scale, by_displacement, choices[2])
+
+
+@compilable
+def late_touch(record: Any, p: Any, v: Any, step: float) -> None:
     """What a discrete step (s) makes up for; a run that starts in contact is not late."""
     lag = p[2] / v[2]
-    if value_of(lag) > step:
+    if lag > step:
         lag = 0.0 * lag
-    return {WEIGHT: 0.5 + lag / step} | spread(RATE, v) | spread(LEAD, 0.0 * np.array(v))
+    record[WEIGHT] = 0.5 + lag / step
+    for i in range(3):
+        record[RATE.start + i], record[LEAD.start + i] = v[i], 0.0 * v[i]
 
 
-def release_changes(state: Any, p: Any, time: Any) -> dict[int, Any]:
-    """What the end of the force leaves: the energy of what compression is left is given up."""
-    return {
-        PHASE: PASSED if value_of(p[2]) < 0.0 else FREE,
-        RELEASE: time,
-        GIVEN_UP: state[GIVEN_UP] + 0.5 * state[KB] * p[2] * p[2],
-    }
-
-
-def spread(indices: slice, values: Any) -> dict[int, Any]:
-    """Index -> value, for a part of the state."""
-    return dict(zip(range(indices.start, indices.stop), values, strict=True))
+@compilable
+def release(record: Any, p: Any, time: Any) -> None:
+    """The end of the force: the energy of what compression is left is given up."""
+    record[PHASE] = PASSED if p[2] < 0.0 else FREE
+    record[RELEASE] = time
+    record[GIVEN_UP] += 0.5 * record[KB] * p[2] * p[2]
 
 
 def value_of(x: Any) -> float:

@@ -5,11 +5,11 @@
     racket.friction.coefficients.mu2, grip.torque_stiffness.z            and z of a grip's lists
     racket.throat_joint.out_of_plane_stiffness     in_plane_, out_of_plane_ stiffness and damping:
                                                    the printed label that stands for it is set
-    racket.string_bed.spring.left-4                k (N/m) of one of the 24 springs
+    racket.string_bed.spring.left-4                k (N/m) of one spring
 
-One spring's own k takes the bed apart into 24 stiffnesses without rim factors; the others keep what
-they have, after all keys that name a k or a p. The stringing tension has no key: it is a label, and
-the model's number is `initial_tension`.
+One spring's own k takes the bed apart into one stiffness a spring without rim factors; the others
+keep what they have, after all keys that name a k or a p. The stringing tension has no key: it is a
+label, and the model's number is `initial_tension`.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from typing import Any, TypeVar, cast
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
-from drake_racket.laws.strings import SPRING_NAMES, spring_formula
+from drake_racket.laws.bed import spring_formula
 from drake_racket.parameters.ball import BallParameters, check_ball
 from drake_racket.parameters.grip import GripStiffness, check_grip
 from drake_racket.parameters.quantities import Assignment, Quantities, Quantity, sourced_fields
-from drake_racket.parameters.racket import RacketParameters, ThroatJoint, check_racket
+from drake_racket.parameters.racket import RacketParameters, check_racket
 
 P = TypeVar("P", RacketParameters, BallParameters, GripStiffness)
 
@@ -146,30 +146,22 @@ def _places(parameters: RacketParameters | BallParameters | GripStiffness) -> di
             for i, value in enumerate(found.value):
                 places[f"{key}.{member(i)}"] = _Place(path, i, found.unit, value)
     if isinstance(parameters, RacketParameters):
-        for name, label in _bending_labels(parameters.throat_joint).items():
-            places[f"racket.throat_joint.{name}"] = places[f"racket.throat_joint.{label}"]
-        stiffness = zip(SPRING_NAMES, _spring_stiffness(parameters), strict=True)
+        for plane, label in parameters.throat_joint.labels().items():
+            for what in ("stiffness", "damping"):
+                printed = places[f"racket.throat_joint.{what}_{label}"]
+                places[f"racket.throat_joint.{plane}_{what}"] = printed
+        names = parameters.bed_topology().names
+        stiffness = zip(names, _spring_stiffness(parameters), strict=True)
         for i, (name, k) in enumerate(stiffness):
             places[SPRING + name] = _Place(("string_bed", "stiffness"), i, "N/m", k)
     return places
 
 
-def _bending_labels(joint: ThroatJoint) -> dict[str, str]:
-    """Name by direction of bending -> the printed label that stands for it in this reading."""
-    printed = joint.reading.value == "as_printed"
-    in_plane, out_of_plane = ("in", "out") if printed else ("out", "in")
-    return {
-        f"{plane}_{what}": f"{what}_{label}"
-        for plane, label in (("in_plane", in_plane), ("out_of_plane", out_of_plane))
-        for what in ("stiffness", "damping")
-    }
-
-
 def _spring_stiffness(racket: RacketParameters) -> list[float]:
-    """Stiffness (N/m) of the 24 springs, in the order of SPRING_NAMES."""
+    """Stiffness (N/m) of the springs, in the order of the topology's names."""
     bed = racket.string_bed
     stiffness = []
-    for name in SPRING_NAMES:
+    for name in racket.bed_topology().names:
         formula = spring_formula(bed.springs.value[name])
         assert formula is not None  # the parameters have been checked
         k, p = formula
@@ -222,7 +214,7 @@ def _with_number(item: Any, path: tuple[str, ...], key: str, place: _Place, numb
 
 
 def _with_own_springs(racket: RacketParameters) -> RacketParameters:
-    """The same string-bed with 24 stiffnesses k1 to k24, one a spring, and no rim factors."""
+    """The same string-bed with stiffnesses k1, k2, ..., one a spring, and no rim factors."""
     bed = racket.string_bed
     stiffness = Quantities(
         tuple(_spring_stiffness(racket)),
@@ -231,7 +223,7 @@ def _with_own_springs(racket: RacketParameters) -> RacketParameters:
         f"by spring, from: {bed.stiffness.source}",
     )
     springs = Assignment(
-        {name: f"k{i}" for i, name in enumerate(SPRING_NAMES, 1)},
+        {name: f"k{i}" for i, name in enumerate(racket.bed_topology().names, 1)},
         bed.springs.status,
         f"by spring, from: {bed.springs.source}",
     )

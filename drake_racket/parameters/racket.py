@@ -4,8 +4,9 @@ Every number carries unit, status and source (see `quantities`). The published v
 Glynn, King & Mitchell (2011), Sports Engineering 13(2):65-72, doi:10.1007/s12283-010-0056-x.
 
 Frames. R: origin on the butt end, x from butt to tip, z normal to the string plane, y = z x x.
-Points 1-9 are numbered row by row as seen from +z with the tip up, so that +y is on the left:
-1 2 3 at the tip, 4 5 6 through the geometric string-bed centre (5), 7 8 9 at the throat.
+The points of the string-bed are numbered row by row as seen from +z with the tip up, so that +y is
+on the left. Of nine, 1 2 3 are at the tip, 4 5 6 run through the geometric string-bed centre (5),
+and 7 8 9 are at the throat.
 """
 
 import dataclasses
@@ -17,10 +18,11 @@ from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
-from drake_racket.io.schema import Schema, Text, read
+from drake_racket.io.schema import Schema, Text, Whole, read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
-from drake_racket.laws.strings import POINTS, SPRING_NAMES, spring_formula
+from drake_racket.laws.bed import FEWEST, MOST, BedTopology, grid_topology, spring_formula
+from drake_racket.parameters.frame import BENDING_AXES, FrameJoint
 from drake_racket.parameters.quantities import (
     Assignment,
     Choice,
@@ -58,27 +60,35 @@ class ThroatJoint(Schema):
     damping_in: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
     damping_out: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
 
-    def in_plane(self) -> tuple[float, float]:
-        """Stiffness (N m/rad) and damping (N m s/rad) of in-plane bending, about z.
+    def labels(self) -> dict[str, str]:
+        """Plane of bending -> the printed label that stands for it in this reading.
 
         `as_printed` takes the labels as directions of bending. `by_axis` takes them as the axis of
         rotation: "in" is rotation about the in-plane axis (y), which bends the racket out of its
         plane. Only `by_axis` gives the published frequencies.
         """
-        if self.reading.value == "as_printed":
-            return self.stiffness_in.value, self.damping_in.value
-        return self.stiffness_out.value, self.damping_out.value
+        printed = self.reading.value == "as_printed"
+        return dict(zip(BENDING_AXES, ("in", "out") if printed else ("out", "in"), strict=True))
+
+    def constants(self, plane: str) -> tuple[float, float]:
+        """Stiffness (N m/rad) and damping (N m s/rad) of bending `in_plane` or `out_of_plane`."""
+        label = self.labels()[plane]
+        stiffness: Quantity = getattr(self, f"stiffness_{label}")
+        damping: Quantity = getattr(self, f"damping_{label}")
+        return stiffness.value, damping.value
+
+    def in_plane(self) -> tuple[float, float]:
+        """`constants` of in-plane bending, about z."""
+        return self.constants("in_plane")
 
     def out_of_plane(self) -> tuple[float, float]:
-        """Stiffness (N m/rad) and damping (N m s/rad) of out-of-plane bending, about y."""
-        if self.reading.value == "as_printed":
-            return self.stiffness_out.value, self.damping_out.value
-        return self.stiffness_in.value, self.damping_in.value
+        """`constants` of out-of-plane bending, about y."""
+        return self.constants("out_of_plane")
 
 
 @dataclass(frozen=True)
 class StringBedParameters(Schema):
-    """Nine point masses and 24 springs; see `strings` for the law and the names of the springs."""
+    """Point masses and springs: `laws.bed` numbers and names them, `strings` has the law."""
 
     gsc: Annotated[Quantity, Of("m")]  # geometric string-bed centre, from the throat joint along x
     spacing: Annotated[Quantity, Of("m")]
@@ -91,6 +101,8 @@ class StringBedParameters(Schema):
     rim_factors: Annotated[Quantities, Of("1", least=0)]  # p1, p2, ...
     damping: Annotated[Quantity, Of("N*s/m", sign="non-negative")]
     springs: Assignment  # spring -> "k4" or "p6*k4"
+    columns: Annotated[int, Whole(FEWEST, MOST)] = 3  # of points, side by side
+    rows: Annotated[int, Whole(FEWEST, MOST)] = 3  # of points, from tip to throat
 
 
 @dataclass(frozen=True)
@@ -123,21 +135,40 @@ class RacketParameters(Schema):
     friction: FrictionParameters
     notes: tuple[Text, ...]
 
+    def bed_topology(self) -> BedTopology:
+        """Which points the string-bed has, and which spring ends where."""
+        return grid_topology(self.string_bed.columns, self.string_bed.rows)
+
+    def frame_joints(self) -> tuple[FrameJoint, ...]:
+        """The joints between handle and head, in their order from the butt."""
+        return tuple(
+            FrameJoint(plane, axis, self.handle.length.value, *self.throat_joint.constants(plane))
+            for plane, axis in BENDING_AXES.items()
+        )
+
     def point_in_head(self, number: int) -> tuple[float, float]:
-        """Rest position (x, y) (m) of string-bed point 1-9 from the throat joint, in the head."""
+        """Rest position (x, y) (m) of a string-bed point from the throat joint, in the head."""
         bed = self.string_bed
-        column, row = POINTS[number]
-        return bed.gsc.value + row * bed.spacing.value, column * bed.spacing.value
+        x, y = self.bed_topology().places[number - 1].tolist()
+        return bed.gsc.value + x * bed.spacing.value, y * bed.spacing.value
 
     def point(self, number: int) -> tuple[float, float, float]:
-        """Rest position p_RoS_R (m) of string-bed point 1-9 in the undeformed racket."""
+        """Rest position p_RoS_R (m) of a string-bed point in the undeformed racket."""
         x, y = self.point_in_head(number)
         return self.handle.length.value + x, y, 0.0
 
+    def centre(self) -> tuple[float, float, float]:
+        """The geometric string-bed centre in the undeformed racket, from R's origin (m)."""
+        return self.handle.length.value + self.string_bed.gsc.value, 0.0, 0.0
+
+    def string_mass(self) -> float:
+        """Mass (kg) of one point of the string-bed."""
+        return self.string_bed.mass.value / len(self.bed_topology().points)
+
     def friction_coefficients(self) -> list[float]:
-        """The coefficient at points 1-9, in order."""
-        mu = self.friction.coefficients.value
-        return [mu[int(self.friction.points.value[str(i)][2:]) - 1] for i in range(1, 10)]
+        """The coefficient at every point, in order."""
+        mu, points = self.friction.coefficients.value, self.friction.points.value
+        return [mu[int(points[str(i)][2:]) - 1] for i in self.bed_topology().points]
 
 
 def load_racket(
@@ -248,8 +279,8 @@ def _check_whole(racket: RacketParameters, where: str) -> None:
                 "no moment above the others' sum",
             )
     _check_geometry(racket, where)
-    _check_springs(racket.string_bed, where)
-    _check_friction(racket.friction, where)
+    _check_springs(racket.string_bed, racket.bed_topology(), where)
+    _check_friction(racket.friction, racket.bed_topology(), where)
 
 
 def _check_geometry(racket: RacketParameters, where: str) -> None:
@@ -262,25 +293,27 @@ def _check_geometry(racket: RacketParameters, where: str) -> None:
                 place.value,
                 f"at most the handle's length, {racket.handle.length.value}",
             )
-    a, b, s = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value, bed.spacing.value
-    if math.hypot(s / a, s / b) >= 1.0:  # ** would raise where a is tiny
+    a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    x, y = bed.spacing.value * racket.bed_topology().places[0]
+    if math.hypot(x / a, y / b) >= 1.0:  # ** would raise where a is tiny
         raise InputError(
             f"{where}: string_bed.rim_semi_axis_x.value",
             a,
-            f"a rim that holds the corner points ({s} m from the centre along x and y)",
+            f"a rim that holds the corner points ({x} m from the centre along x, {y} m along y)",
         )
 
 
-def _check_springs(bed: StringBedParameters, where: str) -> None:
+def _check_springs(bed: StringBedParameters, topology: BedTopology, where: str) -> None:
     key = f"{where}: string_bed.springs.value"
     counts = len(bed.stiffness.value), len(bed.rim_factors.value)
     used: set[str] = set()
     for name in bed.springs.value:
-        if name not in SPRING_NAMES:
-            raise InputError(f"{key}.{name}", "an unknown spring", ", ".join(SPRING_NAMES))
-    for name in SPRING_NAMES:
+        if name not in topology.names:
+            raise InputError(f"{key}.{name}", "an unknown spring", ", ".join(topology.names))
+    for name in topology.names:
         if name not in bed.springs.value:
-            raise InputError(f"{key}.{name}", "nothing", "all 24 springs must be assigned")
+            allowed = f"all {len(topology.names)} springs must be assigned"
+            raise InputError(f"{key}.{name}", "nothing", allowed)
         formula = bed.springs.value[name]
         parsed = spring_formula(formula)
         if parsed is None or parsed[0] >= counts[0] or parsed[1] >= counts[1]:
@@ -300,14 +333,14 @@ def _check_springs(bed: StringBedParameters, where: str) -> None:
                 )
 
 
-def _check_friction(friction: FrictionParameters, where: str) -> None:
+def _check_friction(friction: FrictionParameters, topology: BedTopology, where: str) -> None:
     count = len(friction.coefficients.value)
     key = f"{where}: friction.points.value"
     names = [f"mu{i}" for i in range(1, count + 1)]
     for point in friction.points.value:
-        if point not in [str(i) for i in range(1, 10)]:
-            raise InputError(f"{key}.{point}", "an unknown point", "1 to 9")
-    for i in range(1, 10):
+        if point not in [str(i) for i in topology.points]:
+            raise InputError(f"{key}.{point}", "an unknown point", f"1 to {len(topology.points)}")
+    for i in topology.points:
         name = friction.points.value.get(str(i), "nothing")
         if name not in names:
             raise InputError(f"{key}.{i}", name, ", ".join(names))

@@ -116,7 +116,8 @@ class Scenario(Schema):
         limb: with support `limb`, which one, and its stroke: `limbs.settings`.
         overrides: single numbers of racket, ball and grip in place of their files', by dotted key:
             `racket.head.mass`, `ball.stiffness_low`, `grip.force_stiffness.x`; see `overrides`.
-        point: `1` to `9`, or `auto` for the point nearest to the ball at touch.
+        point: a number (`1` to `9` on a bed of nine), or `auto` for the point nearest to the ball
+            at touch.
         offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre).
         speed: of the ball, in the world.  incidence_deg: from the normal of the strings.
             azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
@@ -158,7 +159,7 @@ class Scenario(Schema):
         plain_numbers(self)
 
     def point_number(self) -> int:
-        """1-9, or 0 for `auto`."""
+        """1 to the number of points, or 0 for `auto`."""
         return 0 if self.point == "auto" else int(self.point)
 
     def load_racket(self) -> RacketParameters:
@@ -176,7 +177,8 @@ class Scenario(Schema):
 
     def aim(self, racket: RacketParameters) -> NDArray[np.float64]:
         """Where the ball is aimed, p_RoA_R (m)."""
-        x, y, z = racket.point(self.point_number() or 5)
+        number = self.point_number()
+        x, y, z = racket.point(number) if number else racket.centre()
         return np.array([x + self.offset_x, y + self.offset_y, z])
 
     def ball_velocity(self) -> NDArray[np.float64]:

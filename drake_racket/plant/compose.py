@@ -29,7 +29,6 @@ from drake_racket.laws.phases import (
     ContactRecord,
     contact_record,
 )
-from drake_racket.laws.strings import POINTS
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.ball import Ball, ball_law
@@ -96,7 +95,7 @@ def add_impact(
     gravity be set, only before.
 
     Args:
-        point: string-bed point 1-9 that the ball meets, or 0 for the nearest at touch.
+        point: number of the string-bed point that the ball meets, or 0 for the nearest at touch.
         friction_reading: `velocity` or `displacement` (see `contact`).
         reaction_point: where the reaction to the contact force acts on the head: `ball`, at the
             ball (action and reaction along one line), or `string_mass`, as the source has it.
@@ -110,7 +109,7 @@ def add_impact(
 
     """
     _check_plant(builder, plant, "add_impact", racket, ball)
-    _check_choices(point, friction_reading, reaction_point)
+    _check_choices(racket, point, friction_reading, reaction_point)
     _finalize(plant)
     name = name or plant.GetModelInstanceName(racket.model_instance)
     string_bed = builder.AddNamedSystem(
@@ -149,7 +148,7 @@ def add_contact(
 ) -> Any:
     """Adds one BallContact and connects its inputs; returns the system. As `add_impact`."""
     _check_plant(builder, plant, "add_contact", racket, ball)
-    _check_choices(point, friction_reading, reaction_point)
+    _check_choices(racket, point, friction_reading, reaction_point)
     _finalize(plant)
     model = contact_model(
         racket.parameters, ball.parameters, point, friction_reading, reaction_point
@@ -218,12 +217,11 @@ def contact_model(
 ) -> ContactModel:
     """The numbers of the parameter files, for the BallContact system."""
     bed = racket.string_bed
-    spacing = bed.spacing.value
     return ContactModel(
         ball=ball_law(ball),
         friction=tuple(racket.friction_coefficients()),
         scales=(ball.sliding_speed_scale.value, ball.sliding_distance_scale.value),
-        grid=np.array([(row * spacing, column * spacing) for column, row in POINTS.values()]),
+        grid=bed.spacing.value * racket.bed_topology().places,
         rim=(bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value),
         point=point,
         by_displacement=friction_reading == "displacement",
@@ -237,7 +235,7 @@ def set_impact_parameters(
     """Writes the parameters of another racket file, ball or choice into a Diagram's Context.
 
     Varies what does not change the topology: spring constants, T0, damping, rest lengths, ball,
-    friction, point, readings, and the frame's two spring-dampers. Masses and moments are set by
+    friction, point, readings, and the frame's spring-dampers. Masses and moments are set by
     `racket.set_racket_inertia` and `ball.set_ball_inertia`. Geometry and spring assignment belong
     to the plant and its systems: build a Diagram for each.
 
@@ -262,12 +260,8 @@ def set_impact_parameters(
             context.get_mutable_numeric_parameter(index).SetFromVector(
                 np.asarray(group, dtype=float)
             )
-    joint = racket.throat_joint
-    (stiffness_z, damping_z), (stiffness_y, damping_y) = joint.in_plane(), joint.out_of_plane()
     context = impact.racket.plant.GetMyMutableContextFromRoot(root)
-    bushing = impact.racket.bushing
-    bushing.SetTorqueStiffnessConstants(context, [0.0, stiffness_y, stiffness_z])
-    bushing.SetTorqueDampingConstants(context, [0.0, damping_y, damping_z])
+    impact.racket.set_joint_constants(context, racket.frame_joints())
 
 
 def _check_plant(
@@ -282,9 +276,10 @@ def _check_plant(
         raise InputError(f"{key}: racket", "an unstrung racket", "a strung racket")
 
 
-def _check_choices(point: int, friction_reading: str, reaction_point: str) -> None:
-    if point not in range(10):
-        raise InputError("point", point, "1 to 9, or 0 for the nearest at touch")
+def _check_choices(racket: Racket, point: int, friction_reading: str, reaction_point: str) -> None:
+    most = len(racket.string_masses)
+    if point not in range(most + 1):
+        raise InputError("point", point, f"1 to {most}, or 0 for the nearest at touch")
     if friction_reading not in FRICTION_READINGS:
         raise InputError("friction_reading", friction_reading, ", ".join(FRICTION_READINGS))
     if reaction_point not in REACTION_POINTS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,29 +55,30 @@ def racket_properties(parameters: RacketParameters) -> RacketProperties:
     )
 
 
-def frame_fundamentals(
-    parameters: RacketParameters, *, strung: bool = False
-) -> tuple[float, float]:
-    """Undamped frequencies (Hz) of in-plane and out-of-plane bending of the free racket.
+def frame_fundamentals(parameters: RacketParameters, *, strung: bool = False) -> tuple[float, ...]:
+    """Undamped frequencies (Hz) of the free racket's bending in plane and out: one a frame joint.
 
     Drake linearises the plant at rest, the joint's damping left out; the frequency of each mode is
     |eigenvalue| / 2 pi, and the joint rate that its eigenvector holds most of tells the plane.
-    `strung` adds the nine masses, but not the strings' stiffness.
+    `strung` adds the string masses, but not the strings' stiffness.
     """
     plant = MultibodyPlant(0.0)
     racket = add_racket(plant, parameters, strung=strung)
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     plant.Finalize()
     context = plant.CreateDefaultContext()
-    racket.bushing.SetTorqueDampingConstants(context, [0.0, 0.0, 0.0])
+    undamped = [
+        dataclasses.replace(joint, damping=0.0) for joint in racket.joint_constants(context)
+    ]
+    racket.set_joint_constants(context, undamped)
     matrix = _state_matrix(plant, context)
     values, vectors = np.linalg.eig(matrix)
     frequencies = []
-    for joint in (racket.in_plane, racket.out_of_plane):
+    for joint in racket.frame_joints:
         row = np.abs(vectors[plant.num_positions() + joint.velocity_start()])
         row = np.where(np.abs(values.imag) > 1.0, row, 0.0)
         frequencies.append(float(np.abs(values[int(np.argmax(row))])) / (2.0 * np.pi))
-    return frequencies[0], frequencies[1]
+    return tuple(frequencies)
 
 
 def _state_matrix(plant: MultibodyPlant, context: Context) -> NDArray[np.float64]:

@@ -1,7 +1,10 @@
-"""Adds a racket to a plant: two bodies, two revolute joints, the bushing and nine string masses."""
+"""Adds a racket to a plant: two bodies, the frame's joints, the bushing and the string masses."""
 
 from __future__ import annotations
 
+import dataclasses
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,16 +22,15 @@ from pydrake.multibody.tree import (
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.strings import (
-    SPRING_NAMES,
-    rest_lengths,
-    spring_formula,
-)
+from drake_racket.laws.bed import rest_lengths, spring_formula
+from drake_racket.parameters.frame import FrameJoint, bushing_constants
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.sdf import part_inertia, racket_sdf, string_inertia
 from drake_racket.plant.systems.string_bed import StringBedModel, StringCoordinates
 
 FRAMES = ("butt", "grip", "accelerometer", "throat", "gsc", "tip")
+
+_STRING_MASS = re.compile(r"string_\d+$")
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,10 @@ class Racket:
     Attributes:
         handle, head: the two bodies of the frame; R is the handle's body frame (origin at the
             butt), the head's body frame has its origin at the throat joint.
-        in_plane, out_of_plane: the revolute joints about z and y.
-        string_masses, string_joints: points 1-9 in order; empty if not strung.
-        bushing: the two torsional spring-dampers (pitch is out of plane, yaw in plane).
+        frame_joints: the revolute joints of the frame, in the order of
+            `RacketParameters.frame_joints`.
+        string_masses, string_joints: the points in order; empty if not strung.
+        bushing: the joints' torsional spring-dampers (pitch is out of plane, yaw in plane).
 
     """
 
@@ -49,8 +52,7 @@ class Racket:
     model_instance: ModelInstanceIndex
     handle: RigidBody
     head: RigidBody
-    in_plane: Joint
-    out_of_plane: Joint
+    frame_joints: tuple[Joint, ...]
     string_masses: tuple[RigidBody, ...]
     string_joints: tuple[Joint, ...]
     bushing: LinearBushingRollPitchYaw
@@ -66,8 +68,57 @@ class Racket:
             raise InputError("Racket.frame: name", name, ", ".join(FRAMES))
         return self.plant.GetFrameByName(name, self.model_instance)
 
+    @property
+    def in_plane(self) -> Joint:
+        """The frame's joint about z."""
+        return self.frame_joint("in_plane")
+
+    @property
+    def out_of_plane(self) -> Joint:
+        """The frame's joint about y."""
+        return self.frame_joint("out_of_plane")
+
+    def frame_joint(self, name: str) -> Joint:
+        """One of `frame_joints`.
+
+        Raises:
+            InputError: another name.
+
+        """
+        by_name = {joint.name(): joint for joint in self.frame_joints}
+        if name not in by_name:
+            raise InputError("Racket.frame_joint: name", name, ", ".join(by_name))
+        return by_name[name]
+
+    def joint_constants(self, context: Context | None = None) -> tuple[FrameJoint, ...]:
+        """The frame's joints with the stiffness and damping of a plant's Context.
+
+        Without a Context they are those that the plant's model has.
+        """
+        bushing = self.bushing
+        if context is None:
+            stiffness = bushing.torque_stiffness_constants()
+            damping = bushing.torque_damping_constants()
+        else:
+            stiffness = bushing.GetTorqueStiffnessConstants(context)
+            damping = bushing.GetTorqueDampingConstants(context)
+        return tuple(
+            dataclasses.replace(
+                joint,
+                stiffness=float(stiffness[joint.axis_index]),
+                damping=float(damping[joint.axis_index]),
+            )
+            for joint in self.parameters.frame_joints()
+        )
+
+    def set_joint_constants(self, context: Context, joints: Sequence[FrameJoint]) -> None:
+        """Writes the stiffness and damping of all the frame's joints into a plant's Context."""
+        stiffness, damping = bushing_constants(joints)
+        self.bushing.SetTorqueStiffnessConstants(context, stiffness)
+        self.bushing.SetTorqueDampingConstants(context, damping)
+
     def bodies(self) -> list[RigidBody]:
-        """All bodies of the racket, string masses and massless link included."""
+        """All bodies of the racket, string masses and massless links included."""
         indices = self.plant.GetBodyIndices(self.model_instance)
         return [self.plant.get_body(i) for i in indices]
 
@@ -86,7 +137,7 @@ def add_racket(
 
     Args:
         name: the model instance's name; must be new in the plant.
-        strung: with the nine string masses; False gives the bare frame of the modal tests.
+        strung: with the string masses; False gives the bare frame of the modal tests.
         parent: a frame P to weld the racket's frame F = `held_at` to; None leaves it free.
         held_at: the racket's frame that is welded: butt, grip, accelerometer, throat, gsc, tip.
         X_PF: pose of F in P; identity if None.
@@ -128,17 +179,23 @@ def find_racket(
         raise InputError(
             "find_racket: instance", plant.GetModelInstanceName(instance), "a racket's model"
         )
-    strung = plant.HasBodyNamed("string_1", instance)
-    numbers = range(1, 10) if strung else range(0)
-    head = plant.GetBodyByName("head", instance)
+    numbers = parameters.bed_topology().points if plant.HasBodyNamed("string_1", instance) else ()
+    bodies = [plant.get_body(i).name() for i in plant.GetBodyIndices(instance)]
+    if {f"string_{i}" for i in numbers} != {name for name in bodies if _STRING_MASS.match(name)}:
+        raise InputError(
+            "find_racket: instance",
+            plant.GetModelInstanceName(instance),
+            f"a model with {len(numbers)} string masses, as its parameters have",
+        )
     return Racket(
         plant=plant,
         parameters=parameters,
         model_instance=instance,
         handle=plant.GetBodyByName("handle", instance),
-        head=head,
-        in_plane=plant.GetJointByName("in_plane", instance),
-        out_of_plane=plant.GetJointByName("out_of_plane", instance),
+        head=plant.GetBodyByName("head", instance),
+        frame_joints=tuple(
+            plant.GetJointByName(joint.name, instance) for joint in parameters.frame_joints()
+        ),
         string_masses=tuple(plant.GetBodyByName(f"string_{i}", instance) for i in numbers),
         string_joints=tuple(plant.GetJointByName(f"string_joint_{i}", instance) for i in numbers),
         bushing=_bushing(plant, instance),
@@ -158,7 +215,7 @@ def _bushing(plant: MultibodyPlant, instance: ModelInstanceIndex) -> LinearBushi
 def set_racket_inertia(racket: Racket, root: Context, parameters: RacketParameters) -> None:
     """Writes mass, centre of mass and moments of handle, head and string masses into a Context.
 
-    The numbers are those that the SDF of `parameters` has. The massless link stays as it is.
+    The numbers are those that the SDF of `parameters` has. Massless links stay as they are.
 
     Args:
         root: the plant's Context, or that of a Diagram that holds the plant.
@@ -175,9 +232,11 @@ def set_racket_inertia(racket: Racket, root: Context, parameters: RacketParamete
 def string_bed_model(parameters: RacketParameters) -> StringBedModel:
     """The numbers of a parameter file's string-bed, for the StringBed system."""
     bed = parameters.string_bed
-    formulas = [spring_formula(bed.springs.value[name]) for name in SPRING_NAMES]
+    topology = parameters.bed_topology()
+    formulas = [spring_formula(bed.springs.value[name]) for name in topology.names]
     pairs = [pair for pair in formulas if pair is not None]
     return StringBedModel(
+        topology=topology,
         stiffness=np.array(bed.stiffness.value),
         rim_factors=np.array(bed.rim_factors.value),
         stiffness_index=np.array([k for k, _ in pairs]),
@@ -185,7 +244,7 @@ def string_bed_model(parameters: RacketParameters) -> StringBedModel:
         initial_tension=bed.initial_tension.value,
         damping=bed.damping.value,
         lengths=rest_lengths(
-            bed.spacing.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+            topology, bed.spacing.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
         ),
     )
 

@@ -7,6 +7,7 @@ text, so that the numbers in SDF and YAML are one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pydrake.math import RotationMatrix
@@ -16,6 +17,7 @@ from drake_racket.io.files import write_text
 from drake_racket.io.shipped import sdf_directory
 from drake_racket.limbs.upper_limb_sdf import shipped_limb_models
 from drake_racket.parameters.ball import BallParameters, load_ball
+from drake_racket.parameters.frame import AXES, FrameJoint, bushing_constants
 from drake_racket.parameters.racket import RACKETS, Part, RacketParameters, load_racket
 
 
@@ -49,8 +51,8 @@ def part_inertia(part: Part) -> LinkInertia:
 
 
 def string_inertia(racket: RacketParameters) -> LinkInertia:
-    """Of one of the nine string masses."""
-    return LinkInertia(racket.string_bed.mass.value / 9.0, 0.0, (0.0, 0.0, 0.0))
+    """Of one of the string masses."""
+    return LinkInertia(racket.string_mass(), 0.0, (0.0, 0.0, 0.0))
 
 
 def ball_inertia(ball: BallParameters) -> LinkInertia:
@@ -64,25 +66,25 @@ _OPEN = '<?xml version="1.0"?>\n<sdf xmlns:drake="drake.mit.edu" version="1.9">\
 
 
 def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: bool = True) -> str:
-    """SDF text of one racket: handle, throat link, head, bushing, and string masses if `strung`.
+    """SDF text of one racket: handle, frame joints, head, bushing, and string masses if `strung`.
+
+    The joints are those of `RacketParameters.frame_joints`, with massless links between them.
 
     The model frame is R (butt, x to the tip, z normal to the strings). Links `handle` and `head`
     have their origins at the butt and at the throat joint; all axes agree in the rest pose.
     """
     throat = racket.handle.length.value
     bed = racket.string_bed
-    stiffness_z, damping_z = racket.throat_joint.in_plane()
-    stiffness_y, damping_y = racket.throat_joint.out_of_plane()
+    joints = racket.frame_joints()
+    stiffness, damping = bushing_constants(joints)
+    pose = f'      <pose relative_to="handle">{throat!r} 0 0 0 0 0</pose>'
+    links, chain = _frame_chain(joints)
     lines = [
         f'  <model name="{name or racket.name}">',
         *_link("handle", racket.handle),
-        "    <!-- massless, between the two revolute joints: first about z, then about y -->",
-        *_massless_link("throat_link", "handle", throat),
-        *_link(
-            "head", racket.head, f'      <pose relative_to="handle">{throat!r} 0 0 0 0 0</pose>'
-        ),
-        *_joint("in_plane", "revolute", "handle", "throat_link", "0 0 1"),
-        *_joint("out_of_plane", "revolute", "throat_link", "head", "0 1 0"),
+        *links,
+        *_link("head", racket.head, pose),
+        *chain,
         *_frame("butt", "handle", 0.0),
         *_frame("grip", "handle", racket.landmarks.grip.value),
         *_frame("accelerometer", "handle", racket.landmarks.accelerometer.value),
@@ -94,10 +96,10 @@ def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: boo
         "      <drake:bushing_frameA>throat_handle</drake:bushing_frameA>",
         "      <drake:bushing_frameC>throat</drake:bushing_frameC>",
         "      <!-- roll, pitch (out-of-plane bending), yaw (in-plane bending) -->",
-        _bushing("torque_stiffness", f"0 {stiffness_y!r} {stiffness_z!r}"),
-        _bushing("torque_damping", f"0 {damping_y!r} {damping_z!r}"),
-        _bushing("force_stiffness", "0 0 0"),
-        _bushing("force_damping", "0 0 0"),
+        _bushing("torque_stiffness", stiffness),
+        _bushing("torque_damping", damping),
+        _bushing("force_stiffness", (0.0, 0.0, 0.0)),
+        _bushing("force_damping", (0.0, 0.0, 0.0)),
         "    </drake:linear_bushing_rpy>",
     ]
     if strung:
@@ -125,8 +127,12 @@ def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
 
 def _string_masses(racket: RacketParameters) -> list[str]:
     inertia = string_inertia(racket)
-    lines = ["    <!-- string-bed points 1-9, each free along the normal of the string plane -->"]
-    for i in range(1, 10):
+    points = racket.bed_topology().points
+    span = f"{points[0]}-{points[-1]}"
+    lines = [
+        f"    <!-- string-bed points {span}, each free along the normal of the string plane -->"
+    ]
+    for i in points:
         x, y = racket.point_in_head(i)
         pose = f"{x!r} {y!r} 0 0 0 0"
         lines += [
@@ -189,8 +195,25 @@ def _frame(name: str, link: str, x: float) -> list[str]:
     ]
 
 
-def _bushing(name: str, values: str) -> str:
-    return f"      <drake:bushing_{name}>{values}</drake:bushing_{name}>"
+def _frame_chain(joints: Sequence[FrameJoint]) -> tuple[list[str], list[str]]:
+    """The massless links between the joints from handle to head, and the joints."""
+    names = ["throat_link", "throat_link_2"][: len(joints) - 1]
+    bodies = ["handle", *names, "head"]
+    order = ", then ".join(f"about {joint.axis}" for joint in joints)
+    links = [f"    <!-- massless, between the revolute joints: first {order} -->"] if names else []
+    chain: list[str] = []
+    for joint, parent, child in zip(joints, bodies, bodies[1:], strict=False):
+        axis = " ".join(str(int(joint.axis == axis)) for axis in AXES)
+        chain += _joint(joint.name, "revolute", parent, child, axis)
+        if child != "head":
+            place = joint.place if parent == "handle" else 0.0
+            links += _massless_link(child, parent, place)
+    return links, chain
+
+
+def _bushing(name: str, values: Sequence[float]) -> str:
+    text = " ".join(repr(value) if value else "0" for value in values)
+    return f"      <drake:bushing_{name}>{text}</drake:bushing_{name}>"
 
 
 def shipped_models() -> dict[str, str]:

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.racket import RACKETS, TENSIONS
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.racket import RACKETS
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.history import after_release

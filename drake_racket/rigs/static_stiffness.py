@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.strings import INCIDENCE, POINT_NUMBERS, generalized_forces
+from drake_racket.laws.bed import POINT_NUMBERS
+from drake_racket.laws.strings import generalized_forces
 from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
@@ -34,46 +35,47 @@ MOST_FORCE = 20e3  # N
 
 
 def tangent_stiffness(
-    z: NDArray[np.float64], constants: NDArray[np.float64]
+    z: NDArray[np.float64], constants: NDArray[np.float64], incidence: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """-df/dz (N/m), (9, 9), symmetric: A^T diag(T L0^2 / L^3 + k dz^2 / L^2) A.
+    """-df/dz (N/m), (n, n), symmetric: A^T diag(T L0^2 / L^3 + k dz^2 / L^2) A.
 
     Args:
-        z: (9,) deflections (m).  constants: (4, 24), see `strings.tensions`.
+        z: (n,) deflections (m).  constants: (4, m) and incidence: (m, n), see `strings.tensions`.
 
     """
     k, slack, length0_squared, _ = constants
-    dz = INCIDENCE @ z
+    dz = incidence @ z
     length_squared = dz * dz + length0_squared
     length = np.sqrt(length_squared)
     tension = slack + k * length
     slope = tension * length0_squared / (length_squared * length) + k * dz * dz / length_squared
-    stiffness: NDArray[np.float64] = (INCIDENCE.T * slope) @ INCIDENCE
+    stiffness: NDArray[np.float64] = (incidence.T * slope) @ incidence
     return stiffness
 
 
 def static_deflection(racket: RacketParameters, point: int, force: float) -> NDArray[np.float64]:
-    """Deflections (m) along the head's z, (9,), under `force` (N) along -z at `point`.
+    """Deflections (m) along the head's z, (n,), under `force` (N) along -z at `point`.
 
     Raises:
         InputError: unknown point, or a force that is not 0 to 20 kN.
 
     """
-    if point not in POINT_NUMBERS:
-        raise InputError("point", point, "1 to 9")
+    bed = racket.bed_topology()
+    if point not in bed.points:
+        raise InputError("point", point, f"1 to {len(bed.points)}")
     if not 0.0 <= force <= MOST_FORCE:
         raise InputError("force", force, f"0 to {MOST_FORCE:g} N")
     constants = spring_constants(string_bed_model(racket))
-    load = np.zeros(9)
+    load = np.zeros(len(bed.points))
     load[point - 1] = -force
-    still = np.zeros(9)
+    still = np.zeros(len(bed.points))
 
     # the springs only stiffen, so Newton from the linear answer overshoots and then comes back
-    start = np.linalg.solve(tangent_stiffness(still, constants), load)
+    start = np.linalg.solve(tangent_stiffness(still, constants, bed.incidence), load)
     answer = root(
-        lambda z: -generalized_forces(z, still, constants) - load,
+        lambda z: -generalized_forces(z, still, constants, bed.incidence) - load,
         start,
-        jac=lambda z: tangent_stiffness(z, constants),
+        jac=lambda z: tangent_stiffness(z, constants, bed.incidence),
         method="hybr",
         options={"xtol": 1e-13, "maxfev": 1000},
     )
@@ -111,11 +113,12 @@ def stiffness_dataset(
         for j, tension in enumerate(tensions):
             racket = load_racket(racket_name, tension)
             constants = spring_constants(string_bed_model(racket))
+            incidence = racket.bed_topology().incidence
             for k, point in enumerate(points):
                 for n, force in enumerate(forces):
                     z = static_deflection(racket, point, force)
                     deflection[i, j, k, n] = -z[point - 1]
-                    compliance = np.linalg.inv(tangent_stiffness(z, constants))
+                    compliance = np.linalg.inv(tangent_stiffness(z, constants, incidence))
                     tangent[i, j, k, n] = 1.0 / compliance[point - 1, point - 1]
     dimensions = "racket", "tension", "point", "force"
     secant = np.asarray(forces) / deflection

@@ -27,7 +27,8 @@ from drake_racket.engines.clamped.batch import (
     run,
 )
 from drake_racket.io.errors import InputError
-from drake_racket.laws.strings import INCIDENCE, POINT_NUMBERS, generalized_forces, spring_partials
+from drake_racket.laws.bed import POINT_NUMBERS
+from drake_racket.laws.strings import generalized_forces, spring_partials
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS
@@ -208,7 +209,7 @@ def _static_blocks(bed: Bed, x: Array, design: Design, errors: Errors) -> dict[s
     deflections, slopes = [], []
     points, forces = design.loads
     for point, force in zip(points, forces, strict=True):
-        z = pressed(bed.constants, int(point), float(force))
+        z = pressed(bed.constants, bed.topology.incidence, int(point), float(force))
         deflections.append(-z)
         if count:
             by_ball = np.zeros((9, len(BALL_NAMES)))
@@ -222,29 +223,29 @@ def _static_blocks(bed: Bed, x: Array, design: Design, errors: Errors) -> dict[s
     return {"static": here, "static_shape": everywhere}
 
 
-def pressed(constants: Array, point: int, force: float) -> Array:
-    """Deflections (m) along the head's z, (9,), under `force` (N) along -z at `point`.
+def pressed(constants: Array, incidence: Array, point: int, force: float) -> Array:
+    """Deflections (m) along the head's z, (points,), under `force` (N) along -z at `point`.
 
     Newton's method on a convex energy; a step is halved until the residual falls.
 
     Args:
-        constants: (4, 24), see `strings.tensions`.
+        constants: (4, springs), incidence: (springs, points), see `strings.tensions`.
 
     Raises:
         ArithmeticError: no equilibrium found.
 
     """
-    load, still = np.zeros(9), np.zeros(9)
+    load, still = np.zeros((2, incidence.shape[1]))
     load[point - 1] = -force
     z, residual = still, load
     for _ in range(100):
         size = float(np.max(np.abs(residual)))
         if size <= 1e-10 * max(force, 1.0):
             return z
-        step = np.linalg.solve(tangent_stiffness(z, constants), residual)
+        step = np.linalg.solve(tangent_stiffness(z, constants, incidence), residual)
         part = 1.0
         while True:
-            trial = load + generalized_forces(z + part * step, still, constants)
+            trial = load + generalized_forces(z + part * step, still, constants, incidence)
             if float(np.max(np.abs(trial))) < size or part < 1e-6:
                 break
             part *= 0.5
@@ -253,12 +254,13 @@ def pressed(constants: Array, point: int, force: float) -> Array:
 
 
 def static_sensitivity(bed: Bed, z: Array) -> Array:
-    """dz/dtheta, (9, n), by the parameters of `bed.sensitivity`, at an equilibrium z (9,)."""
+    """dz/dtheta, (points, n), by the parameters of `bed.sensitivity`, at an equilibrium z."""
     k, slack, length2, c = bed.constants
+    incidence = bed.topology.incidence
     _, _, _, by_k, by_slack, by_length2, by_c = spring_partials(
-        INCIDENCE @ z, np.zeros(24), k, slack, length2, c
+        incidence @ z, np.zeros(len(k)), k, slack, length2, c
     )
     partials = np.stack([by_k, by_slack, by_length2, by_c])
     forces = np.einsum("cs,csa->sa", partials, bed.sensitivity)
-    stiffness = tangent_stiffness(z, bed.constants)
-    return np.asarray(-np.linalg.solve(stiffness, INCIDENCE.T @ forces))
+    stiffness = tangent_stiffness(z, bed.constants, incidence)
+    return np.asarray(-np.linalg.solve(stiffness, incidence.T @ forces))

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from drake_racket.engines.clamped.batch import bed_parameters, make_bed
 from drake_racket.io.errors import InputError
+from drake_racket.laws.bed import grid_topology
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.racket import load_racket
 from drake_racket.rigs.static_stiffness import static_deflection
@@ -105,7 +106,9 @@ def test_pressed_is_the_rig():
     constants = make_bed(TOUR).constants
     for point, force in ((1, 10.0), (5, 1200.0)):
         expected = static_deflection(TOUR, point, force)
-        assert pressed(constants, point, force) == pytest.approx(expected, abs=1e-12)
+        assert pressed(constants, grid_topology().incidence, point, force) == pytest.approx(
+            expected, abs=1e-12
+        )
 
 
 def test_noise_of_restitution():

@@ -26,7 +26,7 @@ from drake_racket.io.files import (
     write_table,
     write_text,
 )
-from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.limbs.torques import JOINT_TORQUES
 from drake_racket.parameters.grip import GRIPS
 from studies.impact_location_and_grip.figures import (

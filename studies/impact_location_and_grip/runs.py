@@ -22,7 +22,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_netcdf
 from drake_racket.io.fingerprint import digest, environment
 from drake_racket.io.shipped import data_directory
-from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.grip import GRIPS
 from drake_racket.parameters.limb import load_upper_limb
 from drake_racket.parameters.scenario import Scenario

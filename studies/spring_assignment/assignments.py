@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.strings import SPRING_NAMES, spring_formula
+from drake_racket.laws.bed import grid_topology, spring_formula
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.racket import string_bed_model
 
@@ -82,7 +82,7 @@ class SpringAssignment:
         for p, (name, group) in zip(self.p, RIM.items(), strict=True):
             line = _LINE[name.split(",")[0]]
             found |= dict.fromkeys(group, f"p{p}*k{self.k[line]}")
-        return {name: found[name] for name in SPRING_NAMES}
+        return {name: found[name] for name in grid_topology().names}
 
     def mirrored(self) -> SpringAssignment:
         """Tip and throat exchanged."""
@@ -153,6 +153,6 @@ def geometric_factors(racket: RacketParameters) -> NDArray[np.float64]:
 
     A spring stands for n strings side by side, k = n E A / L; a line's springs have the same n.
     """
-    lengths = dict(zip(SPRING_NAMES, string_bed_model(racket).lengths, strict=True))
+    lengths = dict(zip(racket.bed_topology().names, string_bed_model(racket).lengths, strict=True))
     spacing = racket.string_bed.spacing.value
     return np.array([spacing / lengths[group[0]] for group in RIM.values()])

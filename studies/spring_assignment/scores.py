@@ -23,7 +23,6 @@ from drake_racket.engines.clamped.batch import Bed, Impacts, make_impacts, run
 from drake_racket.io.files import write_netcdf
 from drake_racket.laws import contact, strings
 from drake_racket.laws.compilation import sources_stamp
-from drake_racket.laws.strings import POINTS, SPRINGS
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.quantities import Quantity
 from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
@@ -84,15 +83,14 @@ class Setting:
         """(24,) rest lengths, m."""
         bed = racket.string_bed
         a, b = bed.rim_semi_axis_x.value + self.rim_x, bed.rim_semi_axis_y.value + self.rim_y
-        found = np.full(24, bed.spacing.value)
-        for row, (name, (point, other)) in enumerate(SPRINGS.items()):
-            if other:
-                continue
-            y, x = (bed.spacing.value * n for n in POINTS[point])
+        topology = racket.bed_topology()
+        found = np.full(len(topology.names), bed.spacing.value)
+        for row in np.flatnonzero(topology.second < 0):
+            x, y = bed.spacing.value * topology.places[topology.first[row]]
             x += self.shift
-            if name.startswith(("tip", "throat")):
-                sign = 1.0 if name.startswith("tip") else -1.0
-                found[row] = a * np.sqrt(1.0 - (y / b) ** 2) - sign * x
+            along = topology.directions[row, 0]  # +1 towards the tip, -1 towards the throat
+            if along:
+                found[row] = a * np.sqrt(1.0 - (y / b) ** 2) - along * x
             else:
                 found[row] = b * np.sqrt(1.0 - (x / a) ** 2) - abs(y)
         return found
@@ -163,8 +161,8 @@ class _Model:
         k, p = indices(assignment)
         model: StringBedModel = self.models[number]
         model = dataclasses.replace(model, stiffness_index=k, rim_factor_index=p)
-        mass = self.rackets[number].string_bed.mass.value / 9.0
-        return Bed(spring_constants(model), mass, np.zeros((4, 24, 0)))
+        mass = self.rackets[number].string_mass()
+        return Bed(spring_constants(model), mass, np.zeros((4, 24, 0)), model.topology)
 
     def run(self, beds: Sequence[Bed]) -> Array:
         """(n, 4, 6, speeds) restitution of the beds of n assignments."""

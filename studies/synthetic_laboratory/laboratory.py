@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from drake_racket.engines.clamped.batch import make_bed, make_impacts, run
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import replace_file
-from drake_racket.laws.strings import POINT_NUMBERS
+from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS, STROKES, stroke_axis

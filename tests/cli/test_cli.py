@@ -14,7 +14,7 @@ import pytest
 import xarray
 
 from drake_racket import Scenario, cli, simulate
-from drake_racket.laws.strings import SPRING_NAMES
+from drake_racket.laws.bed import grid_topology
 
 AFTER = 0.006  # s: the contact and a little ringing
 
@@ -244,7 +244,7 @@ def test_netcdf_comes_back_with_units_everywhere(written, expected):
         assert data["normal_force"].attrs["units"] == "N"
         assert list(data["axis"].values) == ["x", "y", "z"]
         assert list(data["point"].values) == list(range(1, 10))
-        assert list(data["spring"].values) == list(SPRING_NAMES)
+        assert list(data["spring"].values) == list(grid_topology().names)
         assert data["energy"].dims == ("time", "store")
         assert np.all(np.diff(data["time"]) >= 0.0)
         assert json.loads(data.attrs["scenario"]) == value["scenario"]

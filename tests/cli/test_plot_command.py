@@ -12,11 +12,11 @@ import xarray
 
 from drake_racket import IntegratorSettings, Scenario, cli, simulate
 from drake_racket.io.shipped import data_directory
-from drake_racket.laws.strings import SPRINGS
 from drake_racket.plots.log.contact_force import contact_force_figure
 from drake_racket.plots.log.string_map import snapshots, spring_ends, string_map_figure
 from drake_racket.plots.log.vibration import amplitude_spectrum, vibration_figure
 from drake_racket.results.formats import racket_of, write_history
+from tests.conftest import SPRINGS
 
 FIGURES = {"contact_force", "string_map", "energy", "vibration", "loads"}
 

@@ -12,8 +12,6 @@ from pydrake.multibody.tree import LinearSpringDamper
 
 from drake_racket import Scenario, load_racket, make_impact_diagram
 from drake_racket.laws.strings import (
-    POINTS,
-    SPRINGS,
     dissipated_power,
     generalized_forces,
     stored_energy,
@@ -21,7 +19,7 @@ from drake_racket.laws.strings import (
 )
 from drake_racket.plant.racket import add_racket
 from drake_racket.plant.systems.string_bed import StringBed
-from tests.conftest import springs
+from tests.conftest import BED, SPRINGS, springs
 from tests.oracles.clamped_impact import spring_energy, spring_forces
 
 
@@ -44,16 +42,20 @@ def test_forces_and_energy_equal_the_oracle(z, zdot, damping):
     args = (s["spring_i"], s["spring_j"], s["spring_k"], s["spring_L0"])
     t0 = p.string_bed.initial_tension.value
     expected = spring_forces(z, zdot, *args, t0, damping)
-    assert np.allclose(generalized_forces(z, zdot, c), expected, rtol=1e-10, atol=1e-8)
-    assert stored_energy(z, c) == pytest.approx(spring_energy(z, *args, t0), rel=1e-8, abs=1e-12)
+    assert np.allclose(
+        generalized_forces(z, zdot, c, BED.incidence), expected, rtol=1e-10, atol=1e-8
+    )
+    assert stored_energy(z, c, BED.incidence) == pytest.approx(
+        spring_energy(z, *args, t0), rel=1e-8, abs=1e-12
+    )
 
 
 @settings(max_examples=50, deadline=None)
 @given(z=deflections)
 def test_force_is_minus_the_gradient_of_the_energy(z):
     c, *_ = constants("recreational", "high")
-    energy = stored_energy(InitializeAutoDiff(z).ravel(), c)
-    force = generalized_forces(z, np.zeros(9), c)
+    energy = stored_energy(InitializeAutoDiff(z).ravel(), c, BED.incidence)
+    force = generalized_forces(z, np.zeros(9), c, BED.incidence)
     gradient = energy.derivatives() if energy.derivatives().size else np.zeros(9)
     assert np.allclose(force, -gradient, rtol=1e-9, atol=1e-8)
 
@@ -64,8 +66,10 @@ def test_damping_takes_what_its_force_gives():
     z, zdot = rng.normal(0.0, 0.01, 9), rng.normal(0.0, 10.0, 9)
     damped, *_ = constants(damping=3.0)
     bare, *_ = constants()
-    extra = generalized_forces(z, zdot, damped) - generalized_forces(z, zdot, bare)
-    power = dissipated_power(z, zdot, damped)
+    extra = generalized_forces(z, zdot, damped, BED.incidence) - generalized_forces(
+        z, zdot, bare, BED.incidence
+    )
+    power = dissipated_power(z, zdot, damped, BED.incidence)
     assert -extra @ zdot == pytest.approx(power, rel=1e-12)
     assert power > 0.0
 
@@ -73,8 +77,10 @@ def test_damping_takes_what_its_force_gives():
 def test_flat_bed_is_in_equilibrium_at_t0(bed):
     c, p, _ = constants(*bed)
     flat = np.zeros(9)
-    assert np.allclose(tensions(flat, flat, c), p.string_bed.initial_tension.value, rtol=1e-12)
-    assert np.all(generalized_forces(flat, flat, c) == 0.0)
+    assert np.allclose(
+        tensions(flat, flat, c, BED.incidence), p.string_bed.initial_tension.value, rtol=1e-12
+    )
+    assert np.all(generalized_forces(flat, flat, c, BED.incidence) == 0.0)
 
 
 def test_small_deflection_stiffness_is_the_sum_of_tension_over_length():
@@ -85,7 +91,9 @@ def test_small_deflection_stiffness_is_the_sum_of_tension_over_length():
     z[4] = 1e-7
     at_centre = [i for i, pair in enumerate(SPRINGS.values()) if 5 in pair]
     expected = t0 * np.sum(1.0 / s["spring_L0"][at_centre])
-    assert -generalized_forces(z, np.zeros(9), c)[4] / 1e-7 == pytest.approx(expected, rel=1e-6)
+    assert -generalized_forces(z, np.zeros(9), c, BED.incidence)[4] / 1e-7 == pytest.approx(
+        expected, rel=1e-6
+    )
 
 
 def test_drakes_own_spring_elements_give_the_same_accelerations(bed):
@@ -120,7 +128,7 @@ def test_drakes_own_spring_elements_give_the_same_accelerations(bed):
         joint.set_translation(context, value)
     drake = plant.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()
     c, *_ = constants(*bed)
-    ours = generalized_forces(z, np.zeros(9), c) / (p.string_bed.mass.value / 9.0)
+    ours = generalized_forces(z, np.zeros(9), c, BED.incidence) / (p.string_bed.mass.value / 9.0)
     rows = [joint.velocity_start() for joint in racket.string_joints]
     assert np.allclose(drake[rows], ours, rtol=1e-9)
 
@@ -144,20 +152,25 @@ def test_system_ports_give_the_laws():
     c, *_ = constants()
     force = bed.GetOutputPort("generalized_force").Eval(own)
     rows = [j.velocity_start() for j in system.impact.racket.string_joints]
-    assert np.allclose(force[rows], generalized_forces(z, np.zeros(9), c), rtol=1e-12)
+    assert np.allclose(
+        force[rows], generalized_forces(z, np.zeros(9), c, BED.incidence), rtol=1e-12
+    )
     assert np.count_nonzero(force) == 9
-    assert np.allclose(bed.GetOutputPort("tensions").Eval(own), tensions(z, z * 0, c), rtol=1e-12)
+    assert np.allclose(
+        bed.GetOutputPort("tensions").Eval(own), tensions(z, z * 0, c, BED.incidence), rtol=1e-12
+    )
     assert np.array_equal(bed.GetOutputPort("deflections").Eval(own), z)
     energy = bed.GetOutputPort("energy").Eval(own)
-    assert energy[0] == pytest.approx(stored_energy(z, c), rel=1e-12)
+    assert energy[0] == pytest.approx(stored_energy(z, c, BED.incidence), rel=1e-12)
     # a parameter in the Context changes the force at once
     mutable = bed.GetMyMutableContextFromRoot(root)
     mutable.get_mutable_numeric_parameter(StringBed.INITIAL_TENSION).SetFromVector([0.0])
     changed = bed.GetOutputPort("tensions").Eval(own)
-    assert np.allclose(changed, tensions(z, z * 0, c) - 648.2, rtol=1e-9, atol=1e-9)
+    assert np.allclose(changed, tensions(z, z * 0, c, BED.incidence) - 648.2, rtol=1e-9, atol=1e-9)
 
 
 def test_points_are_numbered_from_the_tip_and_the_left():
-    assert POINTS[1] == (1, 1)
-    assert POINTS[5] == (0, 0)
-    assert POINTS[9] == (-1, -1)
+    assert BED.places[0].tolist() == [1.0, 1.0]
+    assert BED.places[4].tolist() == [0.0, 0.0]
+    assert BED.places[5].tolist() == [0.0, -1.0]
+    assert BED.places[8].tolist() == [-1.0, -1.0]

@@ -1,6 +1,6 @@
-"""A normal impact on a string-bed whose head is held rigidly: an ODE of twenty states.
+"""A normal impact on a string-bed whose head is held rigidly: an ODE of 2 n + 2 states.
 
-States: heights z_0..z_8 of the nine string masses along the head's normal, their rates, and the
+States: heights z_0..z_n-1 of the n string masses along the head's normal, their rates, and the
 ball's height b and rate b'. Gravity is left out.
 
 *Springs.* Spring s joins two ends whose heights differ by dz = z_j - z_i (a rim end has height
@@ -37,19 +37,19 @@ IntArray = NDArray[np.int_]
 
 @dataclass(frozen=True)
 class ClampedImpact:
-    """One impact. Ends of springs are point indices 0..8, or -1 for the rim."""
+    """One impact. Ends of springs are point indices 0..n-1, or -1 for the rim."""
 
-    grid_xy: FloatArray  # (9, 2) points in the head, about the string-bed centre
-    spring_i: IntArray  # (24,)
-    spring_j: IntArray  # (24,)
-    spring_k: FloatArray  # (24,) N/m
-    spring_L0: FloatArray  # (24,) m
+    grid_xy: FloatArray  # (n, 2) points in the head, about the string-bed centre
+    spring_i: IntArray  # (m,)
+    spring_j: IntArray  # (m,)
+    spring_k: FloatArray  # (m,) N/m
+    spring_L0: FloatArray  # (m,) m
     T0: float  # N, the same in every spring
-    string_mass: float  # kg, each of the nine
+    string_mass: float  # kg, each of the n
     ball_mass: float
     kb: float
     cb: float
-    point: int  # 0..8, the mass that is hit
+    point: int  # 0..n-1, the mass that is hit
     v0: float  # m/s towards -z
     string_damping: float = 0.0  # N s/m on each spring's elongation rate
 
@@ -70,12 +70,12 @@ class Result:
     peak_force: float
     peak_time: float
     peak_compression: float  # of the ball, m
-    z: FloatArray  # (9,)
-    z_dot: FloatArray  # (9,)
+    z: FloatArray  # (n,)
+    z_dot: FloatArray  # (n,)
     ball_z: float
     ball_z_dot: float
-    state: FloatArray  # (20,): z, z_dot, ball_z, ball_z_dot at release
-    solution: Any  # callable t -> (20,) or (20, n) over the contact
+    state: FloatArray  # (2 n + 2,): z, z_dot, ball_z, ball_z_dot at release
+    solution: Any  # callable t -> a state or states (2 n + 2, times) over the contact
 
 
 def spring_forces(
@@ -88,7 +88,7 @@ def spring_forces(
     T0: float,
     damping: float = 0.0,
 ) -> FloatArray:
-    """Force along z (9,) of all springs on the nine masses."""
+    """Force along z (n,) of all springs on the n masses."""
     height = np.append(z, 0.0)  # index -1, the rim, is the appended zero
     rate = np.append(z_dot, 0.0)
     dz = height[j] - height[i]
@@ -96,10 +96,10 @@ def spring_forces(
     # L - L0 = dz^2 / (L + L0), without the cancellation at small dz
     tension = T0 + k * dz * dz / (length + L0) + damping * dz * (rate[j] - rate[i]) / length
     pull = tension * dz / length
-    total = np.zeros(10)
+    total = np.zeros(len(z) + 1)
     np.add.at(total, j, -pull)
     np.add.at(total, i, pull)
-    return total[:9]
+    return total[:-1]
 
 
 def spring_energy(
@@ -113,26 +113,27 @@ def spring_energy(
 
 
 def contact_force(problem: ClampedImpact, y: FloatArray) -> FloatArray:
-    """Kb x + cb x' (N), not cut off, for a state (20,) or states (20, n)."""
-    p = problem.point
-    force: FloatArray = problem.kb * (y[p] - y[18]) + problem.cb * (y[9 + p] - y[19])
+    """Kb x + cb x' (N), not cut off, for a state or states, one a column."""
+    p, n = problem.point, len(problem.grid_xy)
+    force: FloatArray = problem.kb * (y[p] - y[-2]) + problem.cb * (y[n + p] - y[-1])
     return force
 
 
 def derivative(problem: ClampedImpact, y: FloatArray) -> FloatArray:
-    """Rate of the twenty states while the ball is in contact."""
+    """Rate of the states while the ball is in contact."""
     q = problem
-    z, z_dot = y[:9], y[9:18]
+    n = len(q.grid_xy)
+    z, z_dot = y[:n], y[n:-2]
     force = spring_forces(
         z, z_dot, q.spring_i, q.spring_j, q.spring_k, q.spring_L0, q.T0, q.string_damping
     )
     normal = float(contact_force(q, y))
     force[q.point] -= normal
-    rate = np.empty(20)
-    rate[:9] = z_dot
-    rate[9:18] = force / q.string_mass
-    rate[18] = y[19]
-    rate[19] = normal / q.ball_mass
+    rate = np.empty(2 * n + 2)
+    rate[:n] = z_dot
+    rate[n:-2] = force / q.string_mass
+    rate[-2] = y[-1]
+    rate[-1] = normal / q.ball_mass
     return rate
 
 
@@ -145,14 +146,15 @@ def simulate(
         return float(contact_force(problem, y))
 
     def compression_event(_t: float, y: FloatArray) -> float:
-        return float(y[problem.point] - y[18])
+        return float(y[problem.point] - y[-2])
 
     for event in (force_event, compression_event):
         event.terminal = True  # type: ignore[attr-defined]
         event.direction = -1.0  # type: ignore[attr-defined]
 
-    start = np.zeros(20)
-    start[19] = -problem.v0
+    n = len(problem.grid_xy)
+    start = np.zeros(2 * n + 2)
+    start[-1] = -problem.v0
     run = solve_ivp(
         lambda _t, y: derivative(problem, y),
         (0.0, t_max),
@@ -174,18 +176,18 @@ def simulate(
         times, contact_force(problem, states), lambda t: force_event(t, run.sol(t))
     )
     _, peak_compression = _peak(
-        times, states[problem.point] - states[18], lambda t: compression_event(t, run.sol(t))
+        times, states[problem.point] - states[-2], lambda t: compression_event(t, run.sol(t))
     )
     return Result(
-        rebound_speed=float(final[19]),
+        rebound_speed=float(final[-1]),
         contact_time=release,
         peak_force=peak_force,
         peak_time=peak_time,
         peak_compression=peak_compression,
-        z=final[:9].copy(),
-        z_dot=final[9:18].copy(),
-        ball_z=float(final[18]),
-        ball_z_dot=float(final[19]),
+        z=final[:n].copy(),
+        z_dot=final[n:-2].copy(),
+        ball_z=float(final[-2]),
+        ball_z_dot=float(final[-1]),
         state=final,
         solution=run.sol,
     )

@@ -20,7 +20,6 @@ from hypothesis import strategies as st
 from drake_racket import InputError, Scenario, load_ball, load_racket, make_impact_diagram, simulate
 from drake_racket.cases.case import changed, parse_scenario, resolve
 from drake_racket.io.shipped import data_directory
-from drake_racket.laws.strings import SPRING_NAMES
 from drake_racket.parameters.grip import load_grip
 from drake_racket.parameters.overrides import apply_overrides, parameter_keys
 from drake_racket.parameters.quantities import sourced_fields
@@ -28,7 +27,7 @@ from drake_racket.plant.properties import SWINGWEIGHT_AXIS, racket_properties
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
 from drake_racket.rigs.cases import REBOUND_SPEED, run_grid
-from tests.conftest import clamped_problem
+from tests.conftest import BED, clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 
 # off the axes and oblique: every number of the racket counts
@@ -303,7 +302,7 @@ def values_of(parameters: object) -> dict[str, Any]:
 
 def test_the_keys_are_the_numbers_of_the_files():
     """Counted on the raw files: one key a number; four names by bending, and 24 springs."""
-    expected = 4 + len(SPRING_NAMES) - 1  # the stringing tension is a label
+    expected = 4 + len(BED.names) - 1  # the stringing tension is a label
     for name in FILES.values():
         tree: Any = yaml.safe_load((data_directory() / f"{name}.yaml").read_text())
         stack = [tree]
@@ -340,7 +339,7 @@ def test_one_spring_of_24(tmp_path):
     scenario = changed(base, overrides=values)
     constants = spring_constants(string_bed_model(scenario.load_racket()))
     expected = spring_constants(string_bed_model(apply_overrides(load_racket(), named)))
-    row = SPRING_NAMES.index("left-4")
+    row = BED.names.index("left-4")
     lengths = np.sqrt(expected[2])
     expected[:2, row] = 5e5, 648.2 - 5e5 * lengths[row]
     assert constants == pytest.approx(expected, rel=1e-14)

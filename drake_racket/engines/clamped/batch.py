@@ -1,25 +1,22 @@
 """Batches of impacts on string-beds whose head is clamped: the fast rig under the fits.
 
-`clamped_ode` has the equations. It is not a second model: the force laws are those of the
+`ode` has the equations. It is not a second model: the force laws are those of the
 Drake systems, and a test ties a batch to the Drake rig (`rigs.head_clamped`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.engines.clamped import kernel as clamped_kernel
-from drake_racket.engines.clamped import numpy_kernel as clamped_numpy
-from drake_racket.engines.clamped.kernel import ENDED, OUTPUTS, TOUCHES
+from drake_racket.engines.clamped.kernel import ENDED, OUTPUTS, TOUCHES, run_batch
 from drake_racket.io.errors import InputError
-from drake_racket.laws.compilation import HAS_NUMBA
+from drake_racket.laws.bed import BedTopology
 from drake_racket.laws.contact import ball_constants
-from drake_racket.laws.strings import INCIDENCE
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.racket import string_bed_model
@@ -30,29 +27,29 @@ Array = NDArray[np.float64]
 STEP = 2e-5
 """s; see docs/identification.md for the error that it leaves."""
 
-PATHS = ("compiled", "numpy")
-
 
 @dataclass(frozen=True)
 class Bed:
     """A string-bed in numbers.
 
     Attributes:
-        constants: (4, 24) of `strings.tensions`.
-        mass: kg, of one of the nine string masses.
-        sensitivity: (4, 24, n) derivatives of the constants with respect to n parameters.
+        constants: (4, springs) of `strings.tensions`.
+        mass: kg, of one of the string masses.
+        sensitivity: (4, springs, n) derivatives of the constants with respect to n parameters.
+        topology: its points and springs.
 
     """
 
     constants: Array
     mass: float
     sensitivity: Array
+    topology: BedTopology
 
     def static_stiffness(self) -> Array:
-        """(9,) N/m at each point of the flat bed, all else unloaded: 1 / (K^-1)_pp."""
+        """(points,) N/m at each point of the flat bed, all else unloaded: 1 / (K^-1)_pp."""
         k, slack, length2, _ = self.constants
-        length = np.sqrt(length2)
-        matrix = INCIDENCE.T @ (((slack + k * length) / length)[:, None] * INCIDENCE)
+        length, incidence = np.sqrt(length2), self.topology.incidence
+        matrix = incidence.T @ (((slack + k * length) / length)[:, None] * incidence)
         return np.asarray(1.0 / np.diag(np.linalg.inv(matrix)))
 
 
@@ -61,7 +58,7 @@ class Impacts:
     """What is shot at the beds: m impacts.
 
     Attributes:
-        points: (m,) 1-9.
+        points: (m,) from 1.
         velocities: (m, 3) m/s of the ball in the head at touch; z negative.
         balls: (m, 7) kb, cb, mu, 0, 0, scale of the friction's reading, reading: `contact_law`.
         ball_mass: kg.
@@ -120,31 +117,28 @@ class Outcome:
         return np.arctan2(along, normal), slope / square[:, None]
 
 
-def run(
-    beds: Sequence[Bed], impacts: Impacts, *, step: float = STEP, path: str | None = None
-) -> Outcome:
-    """Simulates a batch.
+def run(beds: Sequence[Bed], impacts: Impacts, *, step: float = STEP) -> Outcome:
+    """Simulates a batch, compiled and on all cores where numba is installed.
+
+    Without numba the same code runs as plain Python, some five hundred times slower: 0.1 s for an
+    impact, 1 s with the sensitivities of a fit.
 
     Args:
+        beds: of one topology.
         step: s, of the Runge-Kutta steps.
-        path: `compiled` (numba, all cores), `numpy`, or None for the better one installed.
 
     Raises:
         InputError: shapes or numbers that do not fit.
 
     """
-    if path is None:
-        path = "compiled" if HAS_NUMBA else "numpy"
-    if path not in PATHS or (path == "compiled" and not HAS_NUMBA):
-        raise InputError("path", path, "numpy, or compiled where numba is installed")
     _check(beds, impacts, step)
     m, n = len(impacts.points), impacts.sensitivity.shape[2]
     out, jacobian = np.zeros((m, 8)), np.zeros((m, len(OUTPUTS), n))
-    module: Any = clamped_kernel if path == "compiled" else clamped_numpy
-    module.run_batch(
+    run_batch(
         impacts.bed,
         impacts.points - 1,
         impacts.velocities,
+        beds[0].topology.ends,
         np.stack([bed.constants for bed in beds]),
         impacts.balls,
         np.array([(impacts.ball_mass, bed.mass) for bed in beds]),
@@ -159,6 +153,9 @@ def run(
 
 
 def _check(beds: Sequence[Bed], impacts: Impacts, step: float) -> None:
+    if not beds or any(bed.topology.names != beds[0].topology.names for bed in beds):
+        raise InputError("beds", [len(bed.topology.names) for bed in beds], "beds of one topology")
+    most, springs = len(beds[0].topology.points), len(beds[0].topology.names)
     m, n = len(impacts.points), impacts.sensitivity.shape[-1]
     shapes = {
         "velocities": (impacts.velocities, (m, 3)),
@@ -166,23 +163,27 @@ def _check(beds: Sequence[Bed], impacts: Impacts, step: float) -> None:
         "sensitivity": (impacts.sensitivity, (m, 3, n)),
         "bed": (impacts.bed, (m,)),
     }
-    shapes |= {f"beds[{i}].constants": (bed.constants, (4, 24)) for i, bed in enumerate(beds)}
+    shapes |= {f"beds[{i}].constants": (bed.constants, (4, springs)) for i, bed in enumerate(beds)}
     shapes |= {
-        f"beds[{i}].sensitivity": (bed.sensitivity, (4, 24, n)) for i, bed in enumerate(beds)
+        f"beds[{i}].sensitivity": (bed.sensitivity, (4, springs, n)) for i, bed in enumerate(beds)
     }
     for key, (array, shape) in shapes.items():
         if array.shape != shape:
             raise InputError(key, f"an array of shape {array.shape}", f"shape {shape}")
         if not np.isfinite(array).all():
             raise InputError(key, "a number that is not finite", "finite numbers")
-    if not ((impacts.points >= 1) & (impacts.points <= 9)).all():
-        raise InputError("points", impacts.points.tolist(), "1 to 9")
+    _check_points(impacts.points, most)
     if not ((impacts.bed >= 0) & (impacts.bed < len(beds))).all():
         raise InputError("bed", impacts.bed.tolist(), f"0 to {len(beds) - 1}")
     if not (impacts.velocities[:, 2] < 0.0).all():
         raise InputError("velocities", "z of 0 or more", "a ball that comes towards -z")
     if not 1e-7 <= step <= 1e-4:
         raise InputError("step", step, "1e-7 to 1e-4 s")
+
+
+def _check_points(points: NDArray[np.int64], most: int) -> None:
+    if not ((points >= 1) & (points <= most)).all():
+        raise InputError("points", points.tolist(), f"1 to {most}")
 
 
 def bed_parameters(racket: RacketParameters) -> tuple[list[str], Array]:
@@ -206,27 +207,24 @@ def make_bed(racket: RacketParameters, values: Any = None, free: Sequence[str] =
         raise InputError("values", f"an array of shape {x.shape}", ", ".join(names))
     model = string_bed_model(racket)
     count = len(model.stiffness)
-    model = StringBedModel(
+    model = replace(
+        model,
         stiffness=x[1 : 1 + count],
         rim_factors=x[1 + count :],
-        stiffness_index=model.stiffness_index,
-        rim_factor_index=model.rim_factor_index,
         initial_tension=float(x[0]),
-        damping=model.damping,
-        lengths=model.lengths,
     )
-    sensitivity = np.zeros((4, 24, len(free)))
+    sensitivity = np.zeros((4, len(model.lengths), len(free)))
     for a, name in enumerate(free):
         if name not in names:
             raise InputError("free", name, ", ".join(names))
         sensitivity[:2, :, a] = _by_parameter(model, names.index(name), count)
-    return Bed(spring_constants(model), racket.string_bed.mass.value / 9.0, sensitivity)
+    return Bed(spring_constants(model), racket.string_mass(), sensitivity, model.topology)
 
 
 def _by_parameter(model: StringBedModel, index: int, count: int) -> Array:
-    """d(k, T0 - k L0) of the 24 springs by one parameter, (2, 24); k = k_i p_j."""
+    """d(k, T0 - k L0) of the m springs by one parameter, (2, m); k = k_i p_j."""
     if index == 0:
-        return np.stack([np.zeros(24), np.ones(24)])
+        return np.stack([np.zeros_like(model.lengths), np.ones_like(model.lengths)])
     factors = np.append(model.rim_factors, 1.0)[model.rim_factor_index]
     if index <= count:
         by_k = np.where(model.stiffness_index == index - 1, factors, 0.0)
@@ -250,10 +248,10 @@ def make_impacts(
     """Impacts with the ball's constants at their speeds and the friction of their points.
 
     Args:
-        points: (m,) 1-9.  velocities: (m, 3) m/s, z negative; or (m,) normal speeds.
+        points: (m,) from 1.  velocities: (m, 3) m/s, z negative; or (m,) normal speeds.
         free: number of free parameters of the beds; their derivatives of kb, cb, mu are 0.
         bed: (m,) index of the bed of each impact; all on the first if None.
-        friction: coefficients at points 1-9 in place of the racket's.
+        friction: coefficients at all points in place of the racket's.
 
     """
     points = np.asarray(points, dtype=np.int64)
@@ -262,8 +260,7 @@ def make_impacts(
         normal = velocities
         velocities = np.zeros((len(normal), 3))
         velocities[:, 2] = -normal
-    if not ((points >= 1) & (points <= 9)).all():
-        raise InputError("points", points.tolist(), "1 to 9")
+    _check_points(points, len(racket.bed_topology().points))
     mu = np.asarray(racket.friction_coefficients() if friction is None else friction, dtype=float)
     by_displacement = friction_reading == "displacement"
     scale = ball.sliding_distance_scale if by_displacement else ball.sliding_speed_scale

@@ -30,7 +30,6 @@ from drake_racket.engines.trajectory import (
     Place,
     StringNumbers,
 )
-from drake_racket.laws.strings import INCIDENCE, POINT_NUMBERS, SPRING_NAMES
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.striking import StrikingLimb
 from drake_racket.limbs.stroke import coordinate_names
@@ -125,13 +124,12 @@ def _bodies(plant: MultibodyPlant, context: Context) -> Bodies:
 
 def _frame_joints(impact: Impact, context: Context) -> FrameJointNumbers:
     racket = impact.racket
-    stiffness = racket.bushing.GetTorqueStiffnessConstants(context)
-    joints = (racket.in_plane, racket.out_of_plane)
+    joints = racket.frame_joints
     return FrameJointNumbers(
         names=tuple(joint.name() for joint in joints),
         position=_indices(joint.position_start() for joint in joints),
         velocity=_indices(joint.velocity_start() for joint in joints),
-        stiffness=np.array([stiffness[2], stiffness[1]]),
+        stiffness=np.array([joint.stiffness for joint in racket.joint_constants(context)]),
     )
 
 
@@ -141,13 +139,14 @@ def _indices(numbers: Any) -> NDArray[np.int64]:
 
 def _strings(impact: Impact, root: Context) -> StringNumbers:
     racket = impact.racket
+    topology = racket.parameters.bed_topology()
     return StringNumbers(
-        points=POINT_NUMBERS,
-        springs=SPRING_NAMES,
+        points=topology.points,
+        springs=topology.names,
         bodies=tuple(int(body.index()) for body in racket.string_masses),
         position=_indices(joint.position_start() for joint in racket.string_joints),
         velocity=_indices(joint.velocity_start() for joint in racket.string_joints),
-        incidence=INCIDENCE,
+        incidence=topology.incidence,
         constants=impact.string_bed.spring_constants(impact.string_bed.GetMyContextFromRoot(root)),
     )
 

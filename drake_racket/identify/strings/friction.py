@@ -123,7 +123,7 @@ class FrictionProblem:
         if derivatives:
             sensitivity[np.arange(m), 2, self._column] = 1.0
         impacts = replace(self._impacts, balls=balls, sensitivity=sensitivity)
-        bed = replace(self._bed, sensitivity=np.zeros((4, 24, count)))
+        bed = replace(self._bed, sensitivity=np.zeros((*self._bed.constants.shape, count)))
         return run([bed], impacts, step=self.step), impacts
 
     def residuals(self, x: Array) -> Array:

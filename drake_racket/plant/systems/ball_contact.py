@@ -1,4 +1,4 @@
-"""The LeafSystem of the ball contact: phases, events, forces. `contact` has the law."""
+"""The LeafSystem of the ball contact: events and forces. `contact` and `phases` have the laws."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ from drake_racket.laws.phases import (
     DISCRETE_SIZE,
     KB,
     LEAD,
+    NO_TIME,
     PHASE,
     POINT,
     POWER,
@@ -47,10 +48,12 @@ from drake_racket.laws.phases import (
     WEIGHT,
     ContactBodies,
     ContactModel,
-    late_touch_changes,
-    release_changes,
-    spread,
-    touch_changes,
+    inside_rim,
+    late_touch,
+    nearest_point,
+    next_phase,
+    release,
+    touch,
     value_of,
 )
 
@@ -61,16 +64,16 @@ def BallContact_(T: Any) -> Any:
     spatial_force = SpatialForce_[T]  # looked up once: it is called at every evaluation
 
     class Impl(LeafSystem_[T]):
-        """Contact of one ball with the nine masses of one string-bed.
+        """Contact of one ball with the masses of one string-bed.
 
         Input ports:
             state: the plant's multibody state [q; v] (m, rad, m/s, rad/s).
         Output ports:
             spatial_forces: list of ExternallyAppliedSpatialForce on ball and string mass; empty
                 when not in contact (then the state is not looked at).
-            contact_state (9): phase; point in contact, or to be hit (1-9); compression x (m); its
-                rate (m/s); N (N); F_x, F_y on the ball (N) and sliding velocity v_x, v_y (m/s) in
-                the head's axes.
+            contact_state (9): phase; point in contact, or to be hit (from 1); compression x (m);
+                its rate (m/s); N (N); F_x, F_y on the ball (N) and sliding velocity v_x, v_y (m/s)
+                in the head's axes.
             stored_energy (1): kb x^2 / 2 in contact (J).
             power (6): lost in the ball's damper, lost to friction, gained from the couple (W); and
                 the force on the ball in the world (N), the rate of its impulse. The couple: with
@@ -79,9 +82,9 @@ def BallContact_(T: Any) -> Any:
                 the ball.
         Numeric parameters:
             0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth.
-            1 friction: mu at points 1-9 (1).
+            1 friction: mu at the points in order (1).
             2 scales: s_v (m/s), s_d (m).
-            3 choices: point (1-9, 0 nearest at touch); friction reading (0 velocity, 1
+            3 choices: point (0: the nearest at touch); friction reading (0 velocity, 1
               displacement); reaction (0 at the string mass, 1 at the ball).
         Discrete state (15; 29 on a discrete plant), latched at touch: phase, point, normal
             approach speed at first touch (m/s), kb, cb, mu, tangential offset x, y (m), scale,
@@ -110,6 +113,8 @@ def BallContact_(T: Any) -> Any:
         ) -> None:
             LeafSystem_[T].__init__(self, converter)
             self.model, self.at, self.plant = model, at, plant
+            # the point from whose string mass "nearest" is looked for: the one nearest the centre
+            self._middle = nearest_point(model.grid, 0.0, 0.0)
             self.discrete = plant.time_step() > 0.0
             self._scratch = plant.CreateDefaultContext()
             self._ball = plant.get_body(BodyIndex(at.ball))
@@ -122,9 +127,9 @@ def BallContact_(T: Any) -> Any:
                     BasicVector_[T](np.array([T(float(x)) for x in values]))
                 )
             initial = np.array([T(0.0)] * (DISCRETE_SIZE if self.discrete else SIZE))
-            initial[TOUCH] = initial[RELEASE] = T(float("nan"))
+            initial[TOUCH] = initial[RELEASE] = T(NO_TIME)
             if self.discrete:
-                initial[SEEN] = T(float("nan"))
+                initial[SEEN] = T(NO_TIME)
             self.DeclareDiscreteState(BasicVector_[T](initial))
             self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
             self._declare_outputs()
@@ -193,17 +198,13 @@ def BallContact_(T: Any) -> Any:
             """The discrete state; on a discrete plant, as the update of this instant leaves it."""
             state = context.get_discrete_state_vector().CopyToVector()
             if self.discrete and not self._since_update(context, state) < 1.0 - 1e-6:
-                self._write(self._changes(context, state), state)
+                self._advance(context, state)
             return state
 
         def _since_update(self, context: Any, state: Any) -> float:
             """Time since the last update in steps of a discrete plant; inf before the first one."""
             since = value_of(context.get_time()) - value_of(state[SEEN])
             return since / self.plant.time_step() if since >= 0.0 else math.inf
-
-        def _write(self, changes: dict[int, Any], target: Any) -> None:
-            for index, number in changes.items():
-                target[index] = number if isinstance(number, T) else T(number)
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
             state = self._latched(context)
@@ -290,9 +291,9 @@ def BallContact_(T: Any) -> Any:
             choices = context.get_numeric_parameter(self.CHOICES)
             point = round(value_of(choices[0]))
             if point == 0:
-                p, _ = self._relative(*self._motion(context, 5))
-                at = np.array([value_of(p[0]), value_of(p[1])])
-                point = 1 + int(np.argmin(np.sum((self.model.grid - at) ** 2, axis=1)))
+                p, _ = self._relative(*self._motion(context, self._middle))
+                x, y = self.model.grid[self._middle - 1]
+                point = nearest_point(self.model.grid, x + value_of(p[0]), y + value_of(p[1]))
             return point, *self._relative(*self._motion(context, point))
 
         def _gap(self, context: Any) -> Any:
@@ -307,68 +308,59 @@ def BallContact_(T: Any) -> Any:
 
         def _update(self, context: Any, new: Any) -> EventStatus:
             """Goes to the phase that the present state asks for."""
-            state = context.get_discrete_state_vector().CopyToVector()
-            changes = self._changes(context, state)
-            self._write(changes, new.get_mutable_discrete_state().get_mutable_vector())
-            return EventStatus.Succeeded() if changes else EventStatus.DidNothing()
+            record = context.get_discrete_state_vector().CopyToVector()
+            if not self._advance(context, record):
+                return EventStatus.DidNothing()
+            numbers = [x if isinstance(x, T) else T(x) for x in record]
+            new.get_mutable_discrete_state().get_mutable_vector().SetFromVector(np.array(numbers))
+            return EventStatus.Succeeded()
 
-        def _changes(self, context: Any, state: Any) -> dict[int, Any]:
-            """What this instant changes in `state`: index -> value."""
-            phase = value_of(state[PHASE])
-            changes: dict[int, Any] = {}
-            if phase == CONTACT and self.discrete:
-                if self._since_update(context, state) == 0.0:
-                    return {}  # a run that starts at touch: the first update is of that instant
-                changes = self._step_in_contact(context, state)
-            elif phase == CONTACT and value_of(self._raw_normal(context)) <= 0.0:
-                changes = self._release(context, state)
-            if phase != CONTACT:
+        def _advance(self, context: Any, record: Any) -> bool:
+            """Takes the record to this instant; False if that changes nothing in it."""
+            phase = value_of(record[PHASE])
+            if phase == CONTACT:
+                if self.discrete and self._since_update(context, record) == 0.0:
+                    return False  # a run that starts at touch: the first update is of that instant
+                coming = self._after_contact(context, record)
+            else:
                 point, p, v = self._next_point(context)
-                gap = value_of(p[2])
-                if phase == PASSED and gap >= 0.0:
-                    changes = {PHASE: FREE}
-                elif (
-                    phase == FREE and gap <= 0.0 and value_of(v[2]) < 0.0 and self._inside(point, p)
-                ):
-                    changes = self._touch(context, state, point, p, v)
-                elif phase == FREE and gap < 0.0:
-                    changes = {PHASE: PASSED}
-            return changes | {SEEN: context.get_time()} if self.discrete else changes
+                inside = phase == FREE and inside_rim(self.model.grid, self.model.rim, point, p)
+                coming = next_phase(phase, p[2], v[2], 0.0, inside)
+                if coming == CONTACT:
+                    self._touch(context, record, point, p, v)
+                else:
+                    record[PHASE] = coming
+            if self.discrete:
+                record[SEEN] = context.get_time()
+            return bool(self.discrete or coming != phase)
 
-        def _inside(self, point: int, p: Any) -> bool:
-            x, y = self.model.grid[point - 1] + np.array([value_of(p[0]), value_of(p[1])])
-            a, b = self.model.rim
-            return bool((x / a) ** 2 + (y / b) ** 2 < 1.0)
+        def _after_contact(self, context: Any, record: Any) -> Any:
+            """The phase after this instant in contact; on a discrete plant, at a step's start."""
+            motion = self._motion(context, round(value_of(record[POINT])))
+            p, v = self._relative(*motion)
+            if self.discrete:
+                lead = 0.5 * (np.array(v) - record[RATE])
+                motion = self._led(motion, lead)
+            law = self._law(*motion, record[CONSTANTS])
+            coming = next_phase(CONTACT, p[2], v[2], law[4][3], True)
+            if coming != CONTACT:
+                release(record, p, context.get_time())
+            elif self.discrete:
+                record[WEIGHT], record[RATE], record[LEAD] = 1.0, v, lead
+                record[POWER] = self._powers(motion, law, record)
+            return coming
 
-        def _touch(self, context: Any, state: Any, point: int, p: Any, v: Any) -> dict[int, Any]:
+        def _touch(self, context: Any, record: Any, point: int, p: Any, v: Any) -> None:
             parameters = [
                 context.get_numeric_parameter(i).CopyToVector()
                 for i in (self.BALL, self.FRICTION, self.SCALES, self.CHOICES)
             ]
-            changes = touch_changes(state, point, p, v, context.get_time(), parameters)
+            touch(record, point, p, v, context.get_time(), *parameters)
             if self.discrete:
-                self._write(changes, state)
-                late = late_touch_changes(p, v, self.plant.time_step())
+                late_touch(record, p, v, self.plant.time_step())
                 motion = self._motion(context, point)
-                power = self._powers(motion, self._law(*motion, state[CONSTANTS]), state)
-                changes |= late | spread(POWER, late[WEIGHT] * power)
-            return changes
-
-        def _step_in_contact(self, context: Any, state: Any) -> dict[int, Any]:
-            """At the start of a discrete step: the lead of its velocity, or release."""
-            motion = self._motion(context, round(value_of(state[POINT])))
-            _, v = self._relative(*motion)
-            lead = 0.5 * (np.array(v) - state[RATE])
-            led = self._led(motion, lead)
-            law = self._law(*led, state[CONSTANTS])
-            if value_of(law[4][3]) <= 0.0:
-                return self._release(context, state)
-            power = self._powers(led, law, state)
-            return {WEIGHT: 1.0} | spread(RATE, v) | spread(LEAD, lead) | spread(POWER, power)
-
-        def _release(self, context: Any, state: Any) -> dict[int, Any]:
-            p, _ = self._relative(*self._motion(context, round(value_of(state[POINT]))))
-            return release_changes(state, p, context.get_time())
+                power = self._powers(motion, self._law(*motion, record[CONSTANTS]), record)
+                record[POWER] = record[WEIGHT] * power
 
     return Impl
 

@@ -23,15 +23,15 @@ def EnergyMeter_(T: Any) -> Any:
 
         Input ports:
             power (6): the BallContact's port of that name (W, W, W, N, N, N).
-            joint_rates (2): in-plane, out-of-plane (rad/s), as part of the plant's state port.
+            state: the plant's multibody state, with the rates of the j frame joints (rad/s).
             string_energy (2): the StringBed's energy port; read only if the strings are damped.
             grip_power (1): the GripLoad's power (W); only of a meter for a held racket.
         Output ports:
             totals (9): lost in the ball's damper, lost to friction, gained from the couple (J);
-                impulse on the ball in the world (N s, three); lost at the joint, lost in the
+                impulse on the ball in the world (N s, three); lost at the joints, lost in the
                 strings, gone into the grip's springs and dampers (J).
         Numeric parameters:
-            0 damping: in-plane, out-of-plane joint (N m s/rad); 1 if the strings are damped, or 0.
+            0 damping (j + 1): of each frame joint (N m s/rad); 1 if the strings are damped, or 0.
               As in the Contexts of plant and string-bed (`set_meter_parameters`).
         Continuous state (9): the totals.
         """
@@ -39,8 +39,8 @@ def EnergyMeter_(T: Any) -> Any:
         def _construct(
             self,
             num_states: int,
-            rates: tuple[int, int],
-            damping: tuple[float, float, float],
+            rates: tuple[int, ...],
+            damping: tuple[float, ...],
             gripped: bool,
             converter: Any = None,
         ) -> None:
@@ -63,11 +63,13 @@ def EnergyMeter_(T: Any) -> Any:
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             state = self._plant_state.Eval(context)
-            in_plane, out_of_plane, damped = context.get_numeric_parameter(0).CopyToVector()
-            rate_z, rate_y = state[self.rates[0]], state[self.rates[1]]
+            *dampings, damped = context.get_numeric_parameter(0).CopyToVector()
             rates = self._rates
             rates[:LOST_JOINT] = self._power.Eval(context)
-            rates[LOST_JOINT] = in_plane * rate_z * rate_z + out_of_plane * rate_y * rate_y
+            rates[LOST_JOINT] = sum(
+                damping * state[i] * state[i]
+                for damping, i in zip(dampings, self.rates, strict=True)
+            )
             rates[LOST_STRINGS] = self._strings.Eval(context)[1] if damped > 0.5 else T(0.0)
             if self.gripped:
                 rates[GRIP] = self._grip.Eval(context)[0]
@@ -98,11 +100,8 @@ def add_energy_meter(
         raise InputError("add_energy_meter: impact", "without a ball", "an impact with a ball")
     offset = plant.num_positions()
     racket = impact.racket
-    rates = (
-        offset + racket.in_plane.velocity_start(),
-        offset + racket.out_of_plane.velocity_start(),
-    )
-    _, pitch, yaw = racket.bushing.torque_damping_constants()
+    rates = tuple(offset + joint.velocity_start() for joint in racket.frame_joints)
+    dampings = [joint.damping for joint in racket.joint_constants()]
     strings = racket.parameters.string_bed.damping.value > 0.0
     name = plant.GetModelInstanceName(racket.model_instance)
     meter = builder.AddNamedSystem(
@@ -110,7 +109,7 @@ def add_energy_meter(
         EnergyMeter(
             plant.num_multibody_states(),
             rates,
-            (yaw, pitch, float(strings)),
+            (*dampings, float(strings)),
             grip_load is not None,
         ),
     )
@@ -125,10 +124,10 @@ def add_energy_meter(
 def set_meter_parameters(meter: Any, impact: Impact, root: Context) -> None:
     """Copies joint and string damping from plant and string-bed to the meter's Context."""
     plant_context = impact.racket.plant.GetMyContextFromRoot(root)
-    _, pitch, yaw = impact.racket.bushing.GetTorqueDampingConstants(plant_context)
+    dampings = [joint.damping for joint in impact.racket.joint_constants(plant_context)]
     bed = impact.string_bed
     strings = bed.GetMyContextFromRoot(root).get_numeric_parameter(bed.DAMPING)[0]
     context = meter.GetMyMutableContextFromRoot(root)
     context.get_mutable_numeric_parameter(0).SetFromVector(
-        np.array([yaw, pitch, float(strings > 0.0)])
+        np.array([*dampings, float(strings > 0.0)])
     )

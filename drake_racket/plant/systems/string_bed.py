@@ -1,4 +1,4 @@
-"""The LeafSystem of the string-bed, and its numbers. `strings` has topology and law."""
+"""The LeafSystem of the string-bed, and its numbers. `strings` has the law, `bed` topologies."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import BasicVector_, LeafSystem_, ValueProducer
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from drake_racket.laws.bed import BedTopology
 from drake_racket.laws.compilation import HAS_NUMBA, compiled
 from drake_racket.laws.strings import (
     add_generalized_forces,
@@ -26,13 +27,15 @@ class StringBedModel:
     """The numbers of a string-bed, ready for the system below.
 
     Attributes:
+        topology: of its n points and m springs.
         stiffness: k1.. (N/m).  rim_factors: p1.. (1).
-        stiffness_index, rim_factor_index: (24,) 0-based; a rim factor index of -1 means none.
+        stiffness_index, rim_factor_index: (m,) 0-based; a rim factor index of -1 means none.
         initial_tension: T0 (N).  damping: c (N s/m).
-        lengths: (24,) rest lengths (m).
+        lengths: (m,) rest lengths (m).
 
     """
 
+    topology: BedTopology
     stiffness: NDArray[np.float64]
     rim_factors: NDArray[np.float64]
     stiffness_index: NDArray[np.int64]
@@ -43,7 +46,7 @@ class StringBedModel:
 
 
 def spring_constants(model: StringBedModel) -> NDArray[np.float64]:
-    """The (4, 24) constants of the law (see `strings.tensions`) of a string-bed's numbers."""
+    """The (4, m) constants of the law (see `strings.tensions`) of a string-bed's numbers."""
     k, p = np.asarray(model.stiffness, dtype=float), np.asarray(model.rim_factors, dtype=float)
     constants: NDArray[np.float64] = _resolve(
         model, k, p, [model.initial_tension], [model.damping], model.lengths
@@ -56,15 +59,15 @@ def _resolve(model: StringBedModel, k: Any, p: Any, t0: Any, c: Any, length0: An
     factors = np.append(p, 1.0 + 0.0 * k[0])  # index -1: a spring without a rim factor
     stiffness = k[model.stiffness_index] * factors[model.rim_factor_index]
     slack = t0[0] - stiffness * length0  # tension that a spring would have at no length
-    return np.stack([stiffness, slack, length0 * length0, np.array([c[0]] * 24)])
+    return np.stack([stiffness, slack, length0 * length0, np.array([c[0]] * len(stiffness))])
 
 
 @dataclass(frozen=True)
 class StringCoordinates:
-    """Where the nine string joints sit in the plant's state vector [q; v]."""
+    """Where the string joints sit in the plant's state vector [q; v]."""
 
-    positions: NDArray[np.int64]  # (9,) indices into q
-    velocities: NDArray[np.int64]  # (9,) indices into v
+    positions: NDArray[np.int64]  # (n,) indices into q
+    velocities: NDArray[np.int64]  # (n,) indices into v
     num_positions: int
     num_velocities: int
 
@@ -83,12 +86,12 @@ def StringBed_(T: Any) -> Any:
             state: the plant's multibody state [q; v] (m, rad, m/s, rad/s).
         Output ports:
             generalized_force (nv): forces on the string joints (N), zero elsewhere.
-            tensions (24): N, in the order of SPRING_NAMES.
-            deflections (9): m, of the masses along the head's z.
+            tensions (m): N, in the order of the topology's springs.
+            deflections (n): m, of the masses along the head's z.
             energy (2): stored energy (J), power lost in string damping (W).
         Numeric parameters:
             0 stiffness k1.. (N/m); 1 rim_factors p1.. (1); 2 initial_tension T0 (N);
-            3 damping c (N s/m); 4 lengths (24) L0 (m).
+            3 damping c (N s/m); 4 lengths (m) L0 (m).
         Equations: `strings`. Source: Glynn et al. 2011.
         """
 
@@ -100,6 +103,7 @@ def StringBed_(T: Any) -> Any:
             LeafSystem_[T].__init__(self, converter)
             self.model = model
             self.at = at
+            self._ends, self._incidence = model.topology.ends, model.topology.incidence
             self._rows = at.positions, at.num_positions + at.velocities, at.velocities
             self._q, self._v, self._out = map(_as_slice, self._rows)
             self._force = np.array([T(0.0)] * at.num_velocities)  # 0 but for the masses
@@ -121,8 +125,8 @@ def StringBed_(T: Any) -> Any:
             needs = {self._state.ticket(), self.all_parameters_ticket()}
             for name, count, calc in (
                 ("generalized_force", at.num_velocities, self._calc_force),
-                ("tensions", 24, self._calc_tensions),
-                ("deflections", 9, self._calc_deflections),
+                ("tensions", len(model.topology.names), self._calc_tensions),
+                ("deflections", len(model.topology.points), self._calc_deflections),
                 ("energy", 2, self._calc_energy),
             ):
                 self.DeclareVectorOutputPort(name, count, calc, prerequisites_of_calc=needs)
@@ -138,7 +142,7 @@ def StringBed_(T: Any) -> Any:
             return self._springs.Eval(context).copy()
 
         def _calc_springs(self, context: Any, value: Any) -> None:
-            """Resolves the named parameters into the (4, 24) constants of the law."""
+            """Resolves the named parameters into the (4, m) constants of the law."""
             k, p, t0, c, length0 = (
                 context.get_numeric_parameter(i).CopyToVector() for i in range(5)
             )
@@ -149,15 +153,17 @@ def StringBed_(T: Any) -> Any:
             force = self._force
             if T is float and _COMPILED is not None:
                 q, v, rows = self._rows
-                _COMPILED(state, q, v, springs, force, rows)
+                _COMPILED(state, q, v, springs, self._ends, force, rows)
             else:
-                force[self._out] = generalized_forces(state[self._q], state[self._v], springs)
+                z, zdot = state[self._q], state[self._v]
+                force[self._out] = generalized_forces(z, zdot, springs, self._incidence)
             output.SetFromVector(force)
 
         def _calc_tensions(self, context: Any, output: Any) -> None:
             state = self._state.Eval(context)
             springs = self._springs.Eval(context)
-            output.SetFromVector(tensions(state[self._q], state[self._v], springs))
+            z, zdot = state[self._q], state[self._v]
+            output.SetFromVector(tensions(z, zdot, springs, self._incidence))
 
         def _calc_deflections(self, context: Any, output: Any) -> None:
             output.SetFromVector(self._state.Eval(context)[self._q])
@@ -165,8 +171,9 @@ def StringBed_(T: Any) -> Any:
         def _calc_energy(self, context: Any, output: Any) -> None:
             state = self._state.Eval(context)
             springs = self._springs.Eval(context)
-            output[0] = stored_energy(state[self._q], springs)
-            output[1] = dissipated_power(state[self._q], state[self._v], springs)
+            z, zdot = state[self._q], state[self._v]
+            output[0] = stored_energy(z, springs, self._incidence)
+            output[1] = dissipated_power(z, zdot, springs, self._incidence)
 
     return Impl
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.strings import SPRING_NAMES
+from drake_racket.laws.bed import grid_topology, named_topology
 from drake_racket.plots.log.contact_force import contact_force_figure
 from drake_racket.plots.log.energy import energy_figure
 from drake_racket.plots.log.loads import loads_figure
@@ -31,8 +31,6 @@ _NEEDED = (
     "string_tension",
     "handle_acceleration",
 )
-
-_LABELS = {"axis": list("xyz"), "point": list(range(1, 10)), "spring": list(SPRING_NAMES)}
 
 
 class LogFigure(NamedTuple):
@@ -61,7 +59,9 @@ def check_log(history: xarray.Dataset, where: str) -> None:
         units = variable_attributes(name)["units"]
         if variable.attrs.get("units") != units:
             raise InputError(f"{where}: {name}", variable.attrs.get("units"), f"units {units}")
-    for dimension, labels in _LABELS.items():
+    bed = named_topology(history["spring"].to_numpy().astype(str).tolist()) or grid_topology()
+    labelled = {"axis": list("xyz"), "point": list(bed.points), "spring": list(bed.names)}
+    for dimension, labels in labelled.items():
         if history[dimension].to_numpy().tolist() != labels:
             raise InputError(f"{where}: {dimension}", history[dimension].to_numpy(), str(labels))
 

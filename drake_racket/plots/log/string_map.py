@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.laws.strings import POINTS, SPRINGS, rest_lengths
+from drake_racket.laws.bed import rest_lengths
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plots.log.impact import title_of
 from drake_racket.plots.style import VERMILION, draw_outline, new_figure
@@ -18,11 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 AFTER = 2e-3  # s from release to the last picture: about one period of the strings' slowest mode
-_OUTWARD = {"tip": (1.0, 0.0), "throat": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
 
 
 def string_map_figure(history: xarray.Dataset) -> Figure:
-    """Deflections of the nine points and tensions of the 24 springs.
+    """Deflections of the points and tensions of the springs.
 
     At touch, at peak force, at release, and 2 ms after it; the ball must have touched. Tension is
     shown as its change from that of the racket at rest, on one scale for all pictures, spread at
@@ -84,18 +83,13 @@ def snapshots(history: xarray.Dataset) -> list[tuple[str, int]]:
 
 
 def spring_ends(racket: RacketParameters) -> NDArray[np.float64]:
-    """Both ends of the 24 springs in the string plane of R (m), (24, 2, 2): spring, end, (x, y)."""
-    bed = racket.string_bed
-    lengths = rest_lengths(bed.spacing.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value)
-    ends = np.zeros((24, 2, 2))
-    for row, (name, (first, second)) in enumerate(SPRINGS.items()):
-        ends[row, 0] = racket.point(first)[:2]
-        if second:
-            ends[row, 1] = racket.point(second)[:2]
-        else:
-            outward = np.array(_OUTWARD[name.partition("-")[0]])
-            ends[row, 1] = ends[row, 0] + lengths[row] * outward
-    return ends
+    """Both ends of the m springs in the string plane of R (m), (m, 2, 2): spring, end, (x, y)."""
+    bed, topology = racket.string_bed, racket.bed_topology()
+    lengths = rest_lengths(
+        topology, bed.spacing.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    )
+    first = np.array([racket.point(i + 1)[:2] for i in topology.first])
+    return np.stack([first, first + lengths[:, None] * topology.directions], axis=1)
 
 
 def _place(racket: RacketParameters, point: int) -> tuple[float, float]:
@@ -113,7 +107,7 @@ def _draw_bed(
     ends = spring_ends(racket)
     lines = 1e3 * np.stack([-ends[..., 1], ends[..., 0]], axis=-1)
     axes.add_collection(LineCollection(list(lines), colors=colours, linewidths=4.0, zorder=2))
-    for point in POINTS:
+    for point in racket.bed_topology().points:
         across, along = _place(racket, point)
         axes.plot(across, along, "o", ms=23, mfc="white", mec="0.3", mew=0.8, zorder=3)
         # + 0.0: no -0.0

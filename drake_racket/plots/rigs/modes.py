@@ -98,7 +98,7 @@ def string_modes_figure(coupling: xarray.Dataset, racket: RacketParameters) -> F
 
     """
     figure = new_figure(8.0, 9.0)
-    places = 1e3 * np.array([racket.point(i)[:2] for i in range(1, 10)])
+    places = 1e3 * np.array([racket.point(i)[:2] for i in racket.bed_topology().points])
     bed, length = racket.string_bed, racket.handle.length.value
     centre = 1e3 * (length + bed.gsc.value)
     half_x, half_y = 1e3 * bed.rim_semi_axis_x.value, 1e3 * bed.rim_semi_axis_y.value

@@ -175,15 +175,15 @@ def make_force_plate(ball: BallParameters | None = None) -> ForcePlate:
     plant.Finalize()
     model = ContactModel(
         ball=ball_law(ball),
-        friction=(0.0,) * 9,
+        friction=(0.0,),
         scales=(ball.sliding_speed_scale.value, ball.sliding_distance_scale.value),
-        grid=np.zeros((9, 2)),
+        grid=np.zeros((1, 2)),
         rim=(math.inf, math.inf),  # a plate has no rim to pass
-        point=5,
+        point=1,
         by_displacement=False,
         reaction_at_ball=True,
     )
-    bodies = ContactBodies(ball=int(added.body.index()), strings=(int(plate.index()),) * 9)
+    bodies = ContactBodies(ball=int(added.body.index()), strings=(int(plate.index()),))
     contact = builder.AddNamedSystem("contact", BallContact(model, bodies, plant))
     builder.Connect(plant.get_state_output_port(), contact.GetInputPort("state"))
     builder.Connect(

@@ -17,7 +17,7 @@ distance from the mode's node on the handle: see `bending_mode`, which also read
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -129,13 +129,13 @@ class HammerRig:
             for key, number in zip(("kf", "cf"), joint, strict=True):
                 if not (math.isfinite(number) and number >= 0.0):
                     raise InputError(f"joint: {key}", number, "a finite number, 0 or more")
-            context, bushing = self.plant.GetMyMutableContextFromRoot(root), self.racket.bushing
-            stiffness = bushing.GetTorqueStiffnessConstants(context)
-            damping = bushing.GetTorqueDampingConstants(context)
-            axis = 2 if self.direction == "in_plane" else 1  # yaw, pitch
-            stiffness[axis], damping[axis] = joint
-            bushing.SetTorqueStiffnessConstants(context, stiffness)
-            bushing.SetTorqueDampingConstants(context, damping)
+            context = self.plant.GetMyMutableContextFromRoot(root)
+            kf, cf = joint
+            joints = [
+                replace(own, stiffness=kf, damping=cf) if own.name == self.direction else own
+                for own in self.racket.joint_constants(context)
+            ]
+            self.racket.set_joint_constants(context, joints)
         return root
 
     def _read(self, root: Context) -> tuple[float, float, float, float]:

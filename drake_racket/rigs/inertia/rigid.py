@@ -99,7 +99,7 @@ def specimen_pieces(parameters: RacketParameters, specimen: str) -> list[Inertia
 
     `handle` and `head` are the two parts of the frame, with the moments of the parameter file
     (Table 1 of Glynn et al. 2011 for the shipped rackets); `frame` is both; `strung` adds the
-    strings as nine equal point masses in the string plane.
+    strings as equal point masses in the string plane.
 
     Raises:
         InputError: `specimen` is not one of SPECIMENS.
@@ -107,8 +107,8 @@ def specimen_pieces(parameters: RacketParameters, specimen: str) -> list[Inertia
     """
     handle, head = _inertia(parameters.handle), _inertia(parameters.head)
     in_racket = replace(head, com=parameters.handle.length.value + head.com)
-    mass = parameters.string_bed.mass.value / 9.0
-    points = [parameters.point(i) for i in range(1, 10)]
+    mass = parameters.string_mass()
+    points = [parameters.point(i) for i in parameters.bed_topology().points]
     strings = combine([Inertia(mass, x, mass * y * y, 0.0, mass * y * y) for x, y, _ in points])
     pieces = {
         "handle": [handle],

@@ -66,9 +66,8 @@ def bending_mode(parameters: RacketParameters, direction: str) -> BendingMode:
     plant = MultibodyPlant(0.0)
     racket = add_racket(plant, parameters, strung=False)
     plant.Finalize()
-    joint = getattr(racket, direction)
-    q = joint.velocity_start()
-    joints = (racket.in_plane.velocity_start(), racket.out_of_plane.velocity_start())
+    q = racket.frame_joint(direction).velocity_start()
+    joints = [joint.velocity_start() for joint in racket.frame_joints]
     base = [i for i in range(plant.num_velocities()) if i not in joints]
     context = plant.CreateDefaultContext()
     mass = plant.CalcMassMatrix(context)
@@ -81,7 +80,7 @@ def bending_mode(parameters: RacketParameters, direction: str) -> BendingMode:
     along = [0.0, 1.0, 0.0] if direction == "in_plane" else [0.0, 0.0, 1.0]
     at_butt = float(np.dot(motion.translational(), along))
     per_metre = float(np.dot(np.cross(motion.rotational(), [1.0, 0.0, 0.0]), along))
-    stiffness, damping = getattr(parameters.throat_joint, direction)()
+    stiffness, damping = parameters.throat_joint.constants(direction)
     return BendingMode(
         frequency=math.sqrt(stiffness / inertia) / (2.0 * math.pi),
         damping_ratio=damping / (2.0 * math.sqrt(stiffness * inertia)),

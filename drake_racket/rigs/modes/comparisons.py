@@ -32,7 +32,7 @@ from drake_racket.parameters.grip import GripStiffness, check_grip, load_grip
 from drake_racket.parameters.racket import RacketParameters, load_racket
 from drake_racket.rigs.input_checks import check_positive
 from drake_racket.rigs.modes.frame_modes import labelled, string_variables
-from drake_racket.rigs.modes.modal_analysis import ELEMENTS, Modes, modal_system, solve_modes
+from drake_racket.rigs.modes.modal_analysis import Modes, modal_system, solve_modes, strain_elements
 from drake_racket.rigs.modes.shapes import PLANES, mode_shapes
 
 if TYPE_CHECKING:
@@ -76,8 +76,9 @@ def grip_sweep(
     assert system.grip is not None
     shape = (len(factors), len(PLANES), ORDERS)
     frequency, damping = np.empty(shape), np.empty(shape)
-    shares = np.empty((*shape, len(ELEMENTS)))
-    kinds = np.empty(shape, dtype="<U12")
+    elements = strain_elements(parameters)
+    shares = np.empty((*shape, len(elements)))
+    kinds = np.empty(shape, dtype=f"<U{max(map(len, elements))}")
     for i, factor in enumerate(factors):
         system.grip.set_stiffness(system.context, grip.scaled(factor))
         modes = solve_modes(system)
@@ -112,7 +113,7 @@ def grip_sweep(
             ),
             "plane": list(PLANES),
             "order": ("order", np.arange(1, ORDERS + 1), {"long_name": "from below, in its plane"}),
-            "element": list(ELEMENTS),
+            "element": list(elements),
         },
         attrs={
             "title": f"Frequencies and grip, {parameters.title}",
@@ -166,13 +167,13 @@ def _limit(parameters: RacketParameters, strung: bool, support: str) -> NDArray[
 def string_bed_coupling(
     racket: str = "tour", tension: str = "low", joint_reading: str | None = None
 ) -> xarray.Dataset:
-    """The nine string-bed modes with the head clamped, and what the free frame makes of them.
+    """The string-bed modes with the head clamped, and what the free frame makes of them.
 
     Clamped and free modes are paired by their string deflections (MAC, the squared cosine between
     them), not by their order.
 
     Returns:
-        A Dataset over `mode` (1-9, by rising frequency with the head clamped): both frequencies and
+        A Dataset over `mode` (by rising frequency with the head clamped): both frequencies and
         the relative shift, the overlap, the throat joint's share in the strain energy and the
         frame's motion of the free mode, the clamped shapes over `point`, and their symmetry.
 
@@ -196,7 +197,7 @@ def string_bed_coupling(
     found, paired = linear_sum_assignment(overlaps, maximize=True)
     at = [columns[i] for i in paired]
     low, high = clamped.frequencies[rows], free.frequencies[at]
-    joint = free.strain_shares[at, :2].sum(axis=1)
+    joint = free.strain_shares[at, :-2].sum(axis=1)
     return xarray.Dataset(
         {
             "frequency": labelled("mode", low, "Hz", "frequency, head clamped"),
@@ -214,7 +215,7 @@ def string_bed_coupling(
                 "1",
                 "largest displacement of the axis over the largest of the strings, racket free",
             ),
-            **string_variables(shapes.strings[rows]),
+            **string_variables(shapes.strings[rows], parameters.bed_topology()),
         },
         coords={"mode": ("mode", np.arange(1, len(rows) + 1), {"long_name": "string-bed mode"})},
         attrs={

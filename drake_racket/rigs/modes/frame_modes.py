@@ -20,11 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.strings import POINTS
+from drake_racket.laws.bed import BedTopology
 from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.racket import JOINT_READINGS, RACKETS, load_racket
 from drake_racket.rigs.modes.modal_analysis import (
-    ELEMENTS,
     SUPPORTS,
     Modes,
     modal_system,
@@ -96,7 +95,7 @@ def modes_dataset(
         **_published_variables(modes, racket),
     }
     if strung:
-        variables |= string_variables(shapes.strings)
+        variables |= string_variables(shapes.strings, parameters.bed_topology())
     planes = [shapes.plane(i) or "none" for i in range(len(modes.kinds))]
     return xarray.Dataset(
         variables,
@@ -104,7 +103,7 @@ def modes_dataset(
             "mode": ("mode", np.arange(1, len(planes) + 1), {"long_name": "by rising frequency"}),
             "kind": ("mode", list(modes.kinds), {"long_name": "where most strain energy is"}),
             "plane": ("mode", planes, {"long_name": "plane in which the axis moves"}),
-            "element": list(ELEMENTS),
+            "element": list(modes.elements),
             "direction": list(PLANES),
             "part": ["handle", "head"],
             "x": ("x", x, {"units": "m", "long_name": "from the butt along the axis"}),
@@ -206,11 +205,11 @@ def _landmark_variables(
     return variables
 
 
-def string_variables(strings: NDArray[np.float64]) -> dict[str, Any]:
-    """String deflections (n, 9) and how symmetric they are, for a Dataset over `mode`."""
-    places = list(POINTS.values())
-    across = [places.index((-column, row)) for column, row in places]
-    along = [places.index((column, -row)) for column, row in places]
+def string_variables(strings: NDArray[np.float64], bed: BedTopology) -> dict[str, Any]:
+    """String deflections (n, points) and how symmetric they are, for a Dataset over `mode`."""
+    places = bed.places.tolist()
+    across = [places.index([x, -y]) for x, y in places]
+    along = [places.index([-x, y]) for x, y in places]
     size = np.sum(strings**2, axis=1)
     moved = size > 1e-12
     variables = {
@@ -232,7 +231,7 @@ def string_variables(strings: NDArray[np.float64]) -> dict[str, Any]:
             "1",
             f"strings with {text} changed: +1 symmetric, -1 antisymmetric",
         )
-    variables["point"] = ("point", np.arange(1, 10), {"long_name": "string-bed point"})
+    variables["point"] = ("point", list(bed.points), {"long_name": "string-bed point"})
     return variables
 
 

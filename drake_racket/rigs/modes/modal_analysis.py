@@ -48,11 +48,8 @@ from drake_racket.plant.racket import Racket
 from drake_racket.plant.supports import add_hand_held_racket, add_supported_racket
 
 SUPPORTS = ("free", "clamped_handle", "clamped_head", "grip")
-ELEMENTS = ("in_plane", "out_of_plane", "string_bed", "grip")
-"""What stores strain energy: the joint's springs about z and y, the strings, and the hand."""
-
-KINDS = ("in_plane", "out_of_plane", "string_bed", "rigid")
-"""The kind of a mode whose largest share of strain energy is in the element of the same place."""
+STRINGS, GRIP, RIGID = "string_bed", "grip", "rigid"
+"""Elements beside the frame's joints; and the kind of a mode that strains the grip most."""
 
 # An eigenvalue omega^2 this small beside the largest is round-off (that is near 1e-15 of it).
 _ZERO = 1e-13
@@ -86,8 +83,9 @@ class Modes:
         shapes: (nv, n) undamped, in the plant's velocities, mass-normalised.
         complex_shapes: (nv, n) damped, of the same mass norm and in phase with `shapes`; nan where
             overdamped.
-        kinds: of each mode, one of KINDS.
-        strain_shares: (n, 4) share of each of ELEMENTS in the strain energy.
+        elements: what stores strain energy: the frame's joints, the strings and the hand.
+        kinds: of each mode, the element with the largest share; `rigid` if that is the hand.
+        strain_shares: (n, elements) share of each in the strain energy.
         rigid_motions: number of motions without strain energy, which are left out.
 
     """
@@ -98,6 +96,7 @@ class Modes:
     damping_ratios: NDArray[np.float64]
     shapes: NDArray[np.float64]
     complex_shapes: NDArray[np.complex128]
+    elements: tuple[str, ...]
     kinds: tuple[str, ...]
     strain_shares: NDArray[np.float64]
     rigid_motions: int
@@ -106,12 +105,13 @@ class Modes:
         """Index of the mode with the largest share of its strain energy in one joint spring.
 
         Raises:
-            InputError: `plane` is neither in_plane nor out_of_plane.
+            InputError: `plane` is no joint of the frame: in_plane, out_of_plane.
 
         """
-        if plane not in ELEMENTS[:2]:
-            raise InputError("Modes.bending: plane", plane, ", ".join(ELEMENTS[:2]))
-        return int(np.argmax(self.strain_shares[:, ELEMENTS.index(plane)]))
+        joints = [joint.name() for joint in self.system.racket.frame_joints]
+        if plane not in joints:
+            raise InputError("Modes.bending: plane", plane, ", ".join(joints))
+        return int(np.argmax(self.strain_shares[:, self.elements.index(plane)]))
 
 
 def modal_system(
@@ -189,7 +189,9 @@ def solve_modes(system: ModalSystem) -> Modes:
     vibrates = squares > _ZERO * squares[-1]
     squares, shapes = squares[vibrates], shapes[:, vibrates]
     values, complex_shapes = _damped(linear, shapes)
+    elements = strain_elements(system.racket.parameters)
     shares = _strain_shares(system, linear, shapes)
+    kinds = [elements[i] for i in np.argmax(shares, axis=1)]
     return Modes(
         system=system,
         frequencies=np.sqrt(squares) / (2.0 * np.pi),
@@ -197,7 +199,8 @@ def solve_modes(system: ModalSystem) -> Modes:
         damping_ratios=-values.real / np.abs(values),
         shapes=shapes,
         complex_shapes=complex_shapes,
-        kinds=tuple(KINDS[i] for i in np.argmax(shares, axis=1)),
+        elements=elements,
+        kinds=tuple(RIGID if kind == GRIP else kind for kind in kinds),
         strain_shares=shares,
         rigid_motions=int(np.count_nonzero(~vibrates)),
     )
@@ -226,23 +229,25 @@ def _damped(
     return found, aligned
 
 
+def strain_elements(parameters: RacketParameters) -> tuple[str, ...]:
+    """What stores strain energy: the frame's joints, the strings, and the hand."""
+    return (*(joint.name for joint in parameters.frame_joints()), STRINGS, GRIP)
+
+
 def _strain_shares(
     system: ModalSystem, linear: LinearSystem, shapes: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Share (n, 4) of each of ELEMENTS in the strain energy v^T K v / 2."""
+    """Share (n, elements) of each of `strain_elements` in the strain energy v^T K v / 2."""
     plant, racket = system.plant, system.racket
     total = np.einsum("ij,ik,kj->j", shapes, linear.stiffness, shapes)
-    energies = np.zeros((shapes.shape[1], len(ELEMENTS)))
-    _, stiffness_y, stiffness_z = racket.bushing.GetTorqueStiffnessConstants(system.plant_context())
-    for column, joint, constant in (
-        (0, racket.in_plane, stiffness_z),
-        (1, racket.out_of_plane, stiffness_y),
-    ):
-        energies[:, column] = constant * shapes[joint.velocity_start()] ** 2
+    constants = racket.joint_constants(system.plant_context())
+    energies = np.zeros((shapes.shape[1], len(constants) + 2))
+    for column, (joint, found) in enumerate(zip(racket.frame_joints, constants, strict=True)):
+        energies[:, column] = found.stiffness * shapes[joint.velocity_start()] ** 2
     if racket.string_joints:
         at = [joint.velocity_start() for joint in racket.string_joints]
         block = linear.stiffness[np.ix_(at, at)]
-        energies[:, 2] = np.einsum("ij,ik,kj->j", shapes[at], block, shapes[at])
+        energies[:, -2] = np.einsum("ij,ik,kj->j", shapes[at], block, shapes[at])
     if system.grip is not None:
         context, bushing = system.plant_context(), system.grip.bushing
         assert bushing is not None  # the modal rig's grip is compliant
@@ -254,10 +259,10 @@ def _strain_shares(
             system.grip.hand_frame,
             system.grip.hand_frame,
         )
-        constants = np.append(
+        stiffness = np.append(
             bushing.GetTorqueStiffnessConstants(context),
             bushing.GetForceStiffnessConstants(context),
         )
-        energies[:, 3] = constants @ (jacobian @ shapes) ** 2
+        energies[:, -1] = stiffness @ (jacobian @ shapes) ** 2
     shares: NDArray[np.float64] = energies / total[:, np.newaxis]
     return shares

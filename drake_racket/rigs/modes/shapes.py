@@ -49,7 +49,7 @@ class Shapes:
     Attributes:
         corners: (n, 2, 3) along y and z, at butt, throat and tip; straight lines join them.
         rolls: (n,) rotation about x, the same for both bodies.
-        strings: (n, 9); empty (n, 0) if not strung.
+        strings: (n, points); empty (n, 0) if not strung.
 
     """
 
