@@ -228,6 +228,9 @@ REFUSED: dict[str, tuple[str | bytes, list[str]]] = {
     "an empty cell": (changed(7, ""), ["row 7", "''", "empty"]),
     "a footer": (end([*lines(), "END OF DATA"]), ["row 42", "END OF DATA", "below the numbers"]),
     "a row of means": (end([*lines(), "mean,3"]), ["row 42, time [s]", "'mean'", "text"]),
+    "a footer below a row of text": (
+        end(["time,force", "s,LSB", *lines()[1:], "END"]), ["row 43", "'1 cells: END'", "2 cells"],
+    ),
     "cut off": (end([*lines(), "0.02"]), ["row 42", "'1 cells: 0.02'", "2 cells"]),
     "a cell too many": (end([*lines(), "1,2,3,4,5"]), ["row 42", "'5 cells: 1,2,3,4,5'"]),
     "an open quote": (end([*lines(), '1,"2']), ["row 42", "CSV, with quotes that close"]),
@@ -283,6 +286,13 @@ def test_a_row_keeps_its_line_number(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"row 10, mass \[g\]: got 'x'"):
         table.numbers("mass", "kg")
     np.testing.assert_array_equal(table.where_text("name", "b").numbers("mass", "kg"), [0.0025])
+
+
+def test_a_decimal_point_that_a_selection_brings_up_is_no_comma(tmp_path: Path) -> None:
+    text = "tension;mass [g];speed [m/s]\nlow;lost;0,5\nhigh;1.234;0,5\n"
+    table = CsvTable.read(write(tmp_path / "t.csv", text), 9).where_text("tension", "high")
+    with pytest.raises(InputError, match=r"row 3, mass \[g\]: got '1.234'.*decimal point"):
+        table.numbers("mass", "kg")
 
 
 def test_any_text_that_is_quoted_comes_back_from_pandas(tmp_path: Path) -> None:
