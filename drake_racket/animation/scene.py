@@ -27,11 +27,13 @@ from scipy.spatial.transform import Rotation, Slerp
 from drake_racket.animation.settings import AnimationSettings
 from drake_racket.io.errors import InputError
 from drake_racket.laws.bed import BedTopology, named_topology
+from drake_racket.results.log_checks import check_history
 
 if TYPE_CHECKING:
     import xarray
 
 _CARRIED = 0.1  # m above the strings, where the ball is back on its own path
+_LONGEST = 10.0  # m, of the lengths of a racket
 _FLATTEST = 0.8  # of the ball's diameter, the most that is drawn of a compression
 _NEEDED = (
     "ball_position",
@@ -125,19 +127,16 @@ def read_geometry(history: xarray.Dataset) -> Geometry:
         segments = tuple((str(a), str(b)) for a, b in values.pop("segments"))
         lengths = {k: float(v) for k, v in values.items()}
         geometry = Geometry(**lengths, segments=segments, bed=bed)
-        scenario = json.loads(history.attrs["scenario"])
-        str(scenario["support"]), float(scenario["speed"]), float(scenario["incidence_deg"])
     except (ValueError, TypeError, KeyError, AttributeError):
-        allowed = "the lengths and the scenario that drake-racket impact writes"
+        allowed = "the lengths that drake-racket impact writes"
         raise InputError("LOG: geometry", history.attrs["geometry"], allowed) from None
-    time = history["time"].to_numpy()
-    if len(time) == 0:
-        raise InputError("LOG: time", "no sample", "finite times in order")
-    if not (np.all(np.isfinite(time)) and np.all(np.diff(time) >= 0.0) and np.ptp(time) > 0.0):
-        raise InputError("LOG: time", f"{len(time)} samples", "finite times in order")
-    for name in _NEEDED:
-        if not np.all(np.isfinite(history[name].to_numpy())):
-            raise InputError(f"LOG: {name}", "nan or inf", "finite numbers")
+    for key, length in values.items():
+        if not 0.0 < float(length) <= _LONGEST:
+            raise InputError(f"LOG: geometry, {key}", length, f"above 0, up to {_LONGEST:g} m")
+    known = history["landmark"].to_numpy().tolist() if "landmark" in history.coords else []
+    for name in sorted({name for pair in segments for name in pair} - set(known)):
+        raise InputError("LOG: geometry, segments", name, ", ".join(known) or "no segments")
+    check_history(history, "LOG")
     return geometry
 
 

@@ -140,6 +140,8 @@ def dataset_of(
         parts[column.variable].append(take(column.name))
     variables: dict[str, Any] = {}
     for name, (dimension, attributes) in layout.variables.items():
+        if not parts[name]:
+            raise InputError(f"{where}: {dimension}", "no labels", f"labels of {name}'s columns")
         if dimension is None:
             variables[name] = ("time", parts[name][0], attributes)
         else:

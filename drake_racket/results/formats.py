@@ -28,6 +28,7 @@ from drake_racket.io.yaml_files import load_text
 from drake_racket.parameters.racket import RacketParameters, check_racket
 from drake_racket.results.columns import Layout, dataset_of, layout_of, values_of
 from drake_racket.results.history import TIME_ATTRIBUTES, VARIABLE_DIMENSIONS, variable_attributes
+from drake_racket.results.log_checks import check_history
 from drake_racket.results.sto import read_sto, write_sto
 
 if TYPE_CHECKING:
@@ -71,7 +72,8 @@ def read_history(path: Path) -> xarray.Dataset:
     A CSV has no place for the attributes of the file (title, scenario, racket): they stay away.
 
     Raises:
-        InputError: unknown suffix, a file that cannot be read, or that holds no history.
+        InputError: unknown suffix, a file that cannot be read, or that holds no history
+            (`log_checks`).
 
     """
     check_format(path.suffix.removeprefix("."), str(path))
@@ -82,7 +84,7 @@ def read_history(path: Path) -> xarray.Dataset:
         reason = getattr(error, "strerror", None) or "not a file's name"
         raise InputError("history file", path, f"a readable file ({reason})") from None
     dataset: xarray.Dataset = _READERS[path.suffix](path)
-    _check_history(dataset, path)
+    check_history(dataset, str(path))
     return dataset
 
 
@@ -118,23 +120,6 @@ def _parquet(key: str = "format") -> Any:
         raise InputError(key, "parquet", allowed) from None
 
 
-def _check_history(dataset: xarray.Dataset, path: Path) -> None:
-    """Whatever the format: a time that does not go back, and variables over it."""
-    key = f"{path}: time"
-    if "time" not in dataset.dims or "time" not in dataset.coords:
-        found = ", ".join(map(str, dataset.dims)) or "no dimension"
-        raise InputError(str(path), found, "a history: variables over time")
-    time = dataset["time"]
-    values = time.to_numpy()
-    if not np.issubdtype(values.dtype, np.floating) or time.attrs.get("units") != "s":
-        raise InputError(key, f"units {time.attrs.get('units')}", "floating-point seconds (s)")
-    if len(values) < 2 or not np.isfinite(values).all() or (np.diff(values) < 0.0).any():
-        raise InputError(key, f"{len(values)} samples", "two or more finite times in order")
-    for name, variable in dataset.data_vars.items():
-        if variable.dims[:1] != ("time",) or variable.ndim > 2:
-            raise InputError(f"{path}: {name}", variable.dims, "time, and at most one dimension")
-
-
 # --- NetCDF ---------------------------------------------------------------------------------------
 
 
@@ -142,7 +127,12 @@ def _read_netcdf(path: Path) -> xarray.Dataset:
     import xarray
 
     try:
-        with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
+        with xarray.open_dataset(
+            path,
+            engine="h5netcdf",
+            decode_times=False,
+            phony_dims="access",  # another program's HDF5 has dimensions without names
+        ) as dataset:
             return dataset.load()
     except (OSError, ValueError, KeyError, RuntimeError) as error:
         raise _unreadable(path, "a NetCDF 4 file", error) from None
@@ -169,7 +159,10 @@ def _read_csv(path: Path) -> xarray.Dataset:
             names = [_name_and_unit(cell, path) for cell in header]
             if not names or names[0] != ("time", "s"):
                 raise InputError(f"{path}: first column", header[:1], "time [s]")
-            table = np.loadtxt(file, delimiter=",", ndmin=2, comments=None)
+            rows = [line for line in file if line.strip()]
+            if not rows:
+                raise InputError(str(path), "no rows", "two or more rows of numbers")
+            table = np.loadtxt(rows, delimiter=",", ndmin=2, comments=None)
     except (OSError, ValueError, csv.Error) as error:
         if isinstance(error, InputError):
             raise

@@ -351,7 +351,7 @@ ROWS = [f"{t:.9g},{f:.9g}" for t, f in zip(TIME, HIT, strict=True)]
 BAD = {
     "unit": ("time [s],force [N],acceleration [g]", "a column acceleration"),
     "missing": ("time [s],force [N],other", "a column acceleration"),
-    "kN": ("time [s],force [kN],acceleration [m/s^2]", "a column force"),
+    "volts": ("time [s],force [V],acceleration [m/s^2]", "a column force"),
 }
 
 

@@ -126,7 +126,7 @@ def test_files_of_a_fit(sticking: FrictionFit, tmp_path: Path) -> None:
 
 HEADER = "point,approach_speed [m/s],incidence [deg],azimuth [deg],rebound_angle [deg]"
 REFUSED = {
-    "unit": ([HEADER.replace("incidence [deg]", "incidence [rad]"), "5,31,1.2,90,60"], "incidence"),
+    "unit": ([HEADER.replace("incidence [deg]", "incidence [gon]"), "5,31,70,90,60"], "incidence"),
     "grazing": ([HEADER, "5,31,90,90,60"], "row 2, incidence"),
     "normal": ([HEADER, "5,31,0,90,60"], "row 2, incidence"),
     "angle": ([HEADER, "5,31,60,90,120"], "row 2, rebound_angle"),

@@ -62,15 +62,14 @@ def test_other_columns_blank_lines_and_a_byte_order_mark_are_passed_over(tmp_pat
 
 BROKEN = {
     "no such column": (["time [s],load [N]", *good()[1:]], ["'time [s], load [N]'", "force [N]"]),
-    "another unit": (["time [s],force [kN]", *good()[1:]], ["'force [kN]'", "force [N]"]),
-    "time in ms": (["time [ms],force [N]", *good()[1:]], ["'time [ms]'", "time [s]"]),
+    "another unit": (["time [s],force [V]", *good()[1:]], ["'force [V]'", "force [N]", "kN"]),
+    "time in min": (["time [min],force [N]", *good()[1:]], ["'time [min]'", "time [s]", "ms"]),
     "no unit": (["time [s],Force", *good()[1:]], ["'Force'", "force [N]"]),
     "no header": (good()[1:], ["time [s]"]),
     "column twice": (
         ["time [s],force [N],force [N]", *(f"{r},1" for r in good()[1:])],
         ["twice"],
     ),
-    "semicolons": ([r.replace(",", ";") for r in good()], ["time [s];force [N]"]),
     "words": ([*good()[:4], "0.0035,low", *good()[5:]], ["row 5", "'low'", "force [N]"]),
     "empty cell": ([*good()[:4], "0.0035,", *good()[5:]], ["row 5", "''"]),
     "nan": ([*good()[:4], "0.0035,nan", *good()[5:]], ["row 5", "'nan'"]),
@@ -82,7 +81,7 @@ BROKEN = {
     "repeated time": ([*good(), good()[-1]], ["0.029 after 0.029", "sample 31"]),
     "unsorted time": ([good()[0], *good()[:0:-1]], ["increase"]),
     "few samples": (good(19), ["19 samples", "at least 20"]),
-    "header only": (good(0), ["0 samples"]),
+    "header only": (good(0), ["no rows"]),
     "blank lines": (["", "  ", ",,"], ["empty"]),
     "open quote": ([*good(), '1,"2'], ["CSV"]),
 }
@@ -103,7 +102,7 @@ def test_files_that_cannot_be_read(tmp_path) -> None:
     (tmp_path / "empty.csv").touch()
     assert "empty" in refused(tmp_path / "empty.csv")
     (tmp_path / "latin.csv").write_bytes("time [s],force [N]\n0,1 µ\n".encode("latin-1"))
-    assert "UTF-8" in refused(tmp_path / "latin.csv")
+    assert "row 2" in refused(tmp_path / "latin.csv")
     with (tmp_path / "large.csv").open("wb") as file:
         file.truncate(MAX_BYTES + 1)
     assert str(MAX_BYTES) in refused(tmp_path / "large.csv")

@@ -87,10 +87,7 @@ def read_angles(path: Path, *, select: Select | None = None) -> AngleTable:
             azimuth = table.numbers("azimuth", "deg")
     table.check_range("incidence", incidence, 0.1, 89.0, "0.1 to 89 degrees from the normal")
     table.check_range("azimuth", azimuth, -360.0, 360.0, "-360 to 360 degrees")
-    if table.has_unit("rebound_angle", "rad"):
-        angle = np.degrees(table.numbers("rebound_angle", "rad"))
-    else:
-        angle = table.numbers("rebound_angle", "deg")
+    angle = table.numbers("rebound_angle", "deg")
     table.check_range("rebound_angle", angle, -90.0, 90.0, "-90 to 90 degrees from the normal")
     sigma = read_sigma(table, "deg", 45.0)
     key = np.stack([points, speeds, incidence, azimuth], axis=1)

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.bed import grid_topology, named_topology
 from drake_racket.plots.log.contact_force import contact_force_figure
 from drake_racket.plots.log.energy import energy_figure
 from drake_racket.plots.log.loads import loads_figure
 from drake_racket.plots.log.string_map import string_map_figure
 from drake_racket.plots.log.vibration import vibration_figure
-from drake_racket.results.history import VARIABLE_DIMENSIONS, variable_attributes
+from drake_racket.results.log_checks import check_history
 
 if TYPE_CHECKING:
     import xarray
@@ -45,25 +44,13 @@ def check_log(history: xarray.Dataset, where: str) -> None:
     """Refuses a Dataset that is not the history of an impact.
 
     Raises:
-        InputError: a variable is missing, or has other dimensions or units.
+        InputError: a variable is missing, or as `log_checks.check_history`.
 
     """
     for name in _NEEDED:
         if name not in history.data_vars:
             raise InputError(f"{where}: {name}", "nothing", "the history of an impact, with it")
-    for name in [str(n) for n in history.data_vars if n in VARIABLE_DIMENSIONS]:
-        variable, beside = history[name], VARIABLE_DIMENSIONS[name]
-        dimensions = ("time",) if beside is None else ("time", beside)
-        if variable.dims != dimensions:
-            raise InputError(f"{where}: {name}", variable.dims, f"the dimensions {dimensions}")
-        units = variable_attributes(name)["units"]
-        if variable.attrs.get("units") != units:
-            raise InputError(f"{where}: {name}", variable.attrs.get("units"), f"units {units}")
-    bed = named_topology(history["spring"].to_numpy().astype(str).tolist()) or grid_topology()
-    labelled = {"axis": list("xyz"), "point": list(bed.points), "spring": list(bed.names)}
-    for dimension, labels in labelled.items():
-        if history[dimension].to_numpy().tolist() != labels:
-            raise InputError(f"{where}: {dimension}", history[dimension].to_numpy(), str(labels))
+    check_history(history, where)
 
 
 def _no_contact(history: xarray.Dataset) -> str:
