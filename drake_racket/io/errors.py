@@ -6,6 +6,7 @@ import contextlib
 import sys
 from collections.abc import Iterator
 from pathlib import PurePath
+from typing import Any
 
 
 class InputError(ValueError):
@@ -20,6 +21,10 @@ class InputError(ValueError):
         self.value = value
         self.allowed = allowed
         super().__init__(f"{one_line(key)}: got {_shown(value)}; allowed: {one_line(allowed)}")
+
+    def __reduce__(self) -> Any:
+        """It travels between processes."""
+        return type(self), (self.key, self.value, self.allowed)
 
 
 def _shown(value: object, limit: int = 80) -> str:

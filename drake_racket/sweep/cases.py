@@ -10,12 +10,12 @@ from drake_racket.cases.diagram import topology
 from drake_racket.io.errors import InputError, one_line
 from drake_racket.parameters.scenario import Scenario, check_scenario
 from drake_racket.sweep.identity import file_hashes, named_files, scenario_hash
-from drake_racket.sweep.outputs import OUTPUTS
+from drake_racket.sweep.outputs import Output
 from drake_racket.sweep.spec import Sweep
 
 
 @dataclass
-class Plan:
+class CasePlan:
     """What is known of every case before the first one runs.
 
     Attributes:
@@ -39,7 +39,9 @@ class Plan:
         return sorted(self.group, key=lambda case: (self.group[case], case))
 
 
-def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Plan:
+def make_plan(
+    sweep: Sweep, checked: Callable[[int], None] | None = None, *, strict: bool = False
+) -> CasePlan:
     """Checks every case.
 
     Cases that are not valid are kept with the reason; what cannot be meant is refused: a value on
@@ -48,12 +50,13 @@ def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Pla
     Args:
         sweep: the sweep.
         checked: called with the number of cases checked so far.
+        strict: refuse any case that is not valid.
 
     Raises:
         InputError: naming the key, the value and what is allowed.
 
     """
-    plan = Plan()
+    plan = CasePlan()
     numbers: dict[Any, int] = {}
     errors: dict[int, InputError] = {}
     possible: set[str] = set()
@@ -63,6 +66,8 @@ def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Pla
             check_scenario(scenario)
             key = topology(scenario, scenario.load_racket(), scenario.load_ball())
         except InputError as error:
+            if strict:
+                raise
             errors[case] = error
             plan.hashes.append("")
         else:
@@ -79,9 +84,7 @@ def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Pla
     _refuse_values(sweep, errors)
     for output in sweep.outputs:
         if output.name not in possible:
-            raise InputError(
-                "outputs", output.name, f"one that a case has ({_needed(output.name)})"
-            )
+            raise InputError("outputs", output.name, f"one that a case has ({_needed(output)})")
     plan.invalid = {case: one_line(f"not valid: {error}") for case, error in errors.items()}
     return plan
 
@@ -100,6 +103,6 @@ def _refuse_values(sweep: Sweep, errors: dict[int, InputError]) -> None:
                 raise error
 
 
-def _needed(name: str) -> str:
-    needs = OUTPUTS[name].needs
-    return {"audit": "audit: true", "hand": "support grip or limb"}.get(needs, "support limb")
+def _needed(output: Output) -> str:
+    needs = {"audit": "audit: true", "hand": "support grip or limb"}
+    return needs.get(output.needs, "support limb")

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from drake_racket.rigs.cases import Progress, call_in_processes, check_workers
 
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.io.errors import InputError
@@ -25,7 +26,6 @@ from drake_racket.laws.strings import POINT_NUMBERS
 from drake_racket.parameters.grip import GRIPS
 from drake_racket.parameters.limb import load_upper_limb
 from drake_racket.parameters.scenario import Scenario, changed, load_scenario
-from drake_racket.rigs.cases import Progress, call_in_processes, check_workers
 from drake_racket.simulation import simulate
 from studies.impact_location_and_grip.case import HISTORIES, LATE, MARGIN, STEP, Case, read_case
 
