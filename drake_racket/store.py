@@ -10,7 +10,8 @@ power cut is a choice:
     forced     it is on the disk when the call returns (rollback journal, synchronous EXTRA). That
                works on network disks too and leaves one whole file, at some ms a write.
     otherwise  the disk has it within about a second (write-ahead log, synchronous NORMAL), at some
-               tens of microseconds a write: for what is quickly computed again.
+               tens of microseconds a write: for what is quickly computed again. Nobody else can
+               read it meanwhile, so that it needs no shared memory, which network disks lack.
 
 The lock is a file of its own beside the store, NAME.lock, held as long as the process lives,
 however it ends: SQLite's would keep readers out as well.
@@ -76,7 +77,8 @@ class StoreReader:
     def read(self, query: str, values: Sequence[Any] = ()) -> Iterator[tuple[Any, ...]]:
         """The rows of a query; raises StoreError for a damaged file."""
         try:
-            yield from self._database.execute(query, values)
+            for row in self._database.execute(query, values):  # noqa: UP028 - it may outlive the file
+                yield row
         except sqlite3.Error as error:
             raise StoreError(self.path, error) from None
 

@@ -93,8 +93,8 @@ class Journal:
     def close(self) -> None:
         """Forces what is written to disk and lets the file go; values are then no longer kept."""
         if self._store is not None:
-            self._store.close()
-            self._store = self._records = None
+            store, self._store, self._records = self._store, None, None
+            store.close()
 
     def value(self, kind: str, x: Array, compute: Callable[[], Array]) -> Array:
         """The values of this kind at x: from the journal, or computed and recorded.
