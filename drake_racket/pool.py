@@ -7,12 +7,14 @@ runs, as always where Python spawns processes; one without ends at once, and is 
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.process import BaseProcess
@@ -128,7 +130,8 @@ class _Pool(Generic[T, R]):
         # a Ctrl-C is the parent's to handle: processes started here never see it
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            return self._executor.submit(call, *arguments)
+            with _without_nameless_main():
+                return self._executor.submit(call, *arguments)
         finally:
             self._processes |= set(multiprocessing.active_children()) - others
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
@@ -209,8 +212,7 @@ class _Pool(Generic[T, R]):
         self._bad_starts = 0 if self._is_up() else self._bad_starts + 1
         if self._bad_starts >= MOST_DEATHS:
             raise PoolError(
-                "processes die as they start (a script needs a file and"
-                " `if __name__ == '__main__':` around what it runs)"
+                "processes die as they start (killed, out of memory, or their libraries are gone)"
             )
         self._start()
 
@@ -220,6 +222,21 @@ class _Pool(Generic[T, R]):
         if self.running:
             for process in self._processes:
                 process.terminate()
+
+
+@contextlib.contextmanager
+def _without_nameless_main() -> Iterator[None]:
+    """A script that came through standard input has no file that processes could import."""
+    main = sys.modules["__main__"]
+    name = getattr(main, "__file__", None)
+    if name is None or os.path.exists(name):
+        yield
+        return
+    del main.__file__
+    try:
+        yield
+    finally:
+        main.__file__ = name
 
 
 def _end_with_parent() -> None:

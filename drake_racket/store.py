@@ -223,11 +223,14 @@ class KeptResults(Store):
 def lock_file(path: Path, key: str, what: str, patience: float = 0.0) -> IO[str]:
     """The lock of a store, taken; it is held until it is closed, or the process ends.
 
+    The store's directory is made if need be.
+
     Raises:
         InputError: another process has it, or it cannot be made.
 
     """
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         file = path.with_suffix(".lock").open("w")
     except OSError as error:
         raise InputError(key, str(path), f"a file to write ({error.strerror})") from None

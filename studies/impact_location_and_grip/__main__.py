@@ -4,7 +4,7 @@
 
 After King, Kentel & Mitchell (2012), J. Biomech. 45:1048-1052; the stroke is data/backhand.yaml.
 Leaves the histories (NetCDF), a table and the verdicts (CSV), and figures. Each finished run stays
-in DIR/cases: a call that was interrupted goes on where it stopped.
+in DIR/runs.sqlite: a call that was interrupted goes on where it stopped.
 """
 
 import argparse
@@ -25,6 +25,7 @@ from drake_racket.io.files import (
     write_table,
     write_text,
 )
+from drake_racket.io.progress import Progress
 from drake_racket.laws.strings import POINT_NUMBERS
 from drake_racket.limbs.torques import JOINT_TORQUES
 from drake_racket.parameters.grip import GRIPS
@@ -63,14 +64,14 @@ def main() -> None:
     limb = dataclasses.replace(base.limb, joint_torques=options.joint_torques)
     base = changed(base, limb=limb, racket=options.racket, after=options.after)
 
-    def progress(done: int, cases: int) -> None:
-        print(f"{done} of {cases} runs", file=sys.stderr)
+    def progress(now: Progress) -> None:
+        print(f"{now.done} of {now.total} runs", file=sys.stderr)
 
     data = grip_and_location(
         base=base,
         grips=options.grips,
         points=options.points,
-        store=options.out / "cases",
+        store=options.out / "runs.sqlite",
         workers=options.workers,
         progress=progress,
     )
