@@ -144,14 +144,8 @@ def run_script(how: str, script: str, tmp_path: Path) -> subprocess.CompletedPro
     )
 
 
-@pytest.mark.parametrize(
-    "how",
-    [
-        pytest.param("file", marks=pytest.mark.slow),
-        pytest.param("-c", marks=pytest.mark.slow),
-        "stdin",
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["file", "-c", "stdin"])
 def test_scripts_from_anywhere_may_start_processes(how, tmp_path):
     done = run_script(how, GUARDED, tmp_path)
     assert (done.stdout, done.stderr) == ("30\n", "")

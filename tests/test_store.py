@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
 import os
-import signal
+import resource
 import sqlite3
-import subprocess
-import sys
-import textwrap
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,6 @@ from hypothesis import strategies as st
 
 from drake_racket.io.errors import InputError
 from drake_racket.store import KeptResults, OtherComputation, Store, StoreError, StoreReader
-from tests.conftest import ROOT
 
 SCHEMA = ("CREATE TABLE things (number INTEGER PRIMARY KEY, content BLOB)",)
 INSERT = "INSERT INTO things VALUES (?, ?)"
@@ -34,32 +32,34 @@ def things(path: Path) -> list[tuple[int, bytes]]:
         return database.execute("SELECT * FROM things ORDER BY number").fetchall()
 
 
-WRITER = """
-import sys
-from pathlib import Path
-from tests.test_store import INSERT, make
-
-store = make(Path(sys.argv[1]), forced=sys.argv[2] == "forced")
-number = sum(1 for _ in store.read("SELECT number FROM things"))
-while True:
-    store.write(INSERT, [(number, bytes([number % 256]) * 3000), (number + 1, b"second")])
-    number += 2
-    print(number, flush=True)
-"""
+def write_for_ever(path: Path, forced: bool, told: Connection) -> None:
+    store = make(path, forced=forced)
+    number = sum(1 for _ in store.read("SELECT number FROM things"))
+    while True:
+        store.write(INSERT, [(number, bytes([number % 256]) * 3000), (number + 1, b"second")])
+        number += 2
+        told.send(number)
 
 
-@pytest.mark.parametrize("kind", ["forced", "quick"])
-def test_what_was_written_survives_kill_9(kind, tmp_path):
+@pytest.mark.parametrize("forced", [True, False])
+def test_what_was_written_survives_kill_9(forced, tmp_path):
     path = tmp_path / "a.sqlite"
     count = 0
     for more in (4, 30):
-        command = [sys.executable, "-c", WRITER, str(path), kind]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT, text=True) as process:
-            told = 0
-            while told < count + more:
-                told = int(process.stdout.readline())
-            process.send_signal(signal.SIGKILL)
-            told = max([told, *map(int, process.stdout.read().split())])
+        here, there = multiprocessing.Pipe(duplex=False)
+        process = multiprocessing.get_context("fork").Process(
+            target=write_for_ever, args=(path, forced, there)
+        )
+        process.start()
+        there.close()
+        told = 0
+        while told < count + more:
+            told = here.recv()
+        process.kill()
+        process.join()
+        with contextlib.suppress(EOFError):
+            while True:
+                told = here.recv()
         found = things(path)
         assert told <= len(found) <= told + 2
         assert len(found) % 2 == 0, "a write is all of its rows, or none"
@@ -116,25 +116,21 @@ def test_what_is_no_store_is_refused_and_kept(tmp_path):
 def test_a_full_disk_is_one_line_and_costs_nothing_written(forced, tmp_path):
     """Writes beyond a file's largest size fail as they do on a full disk."""
     path = tmp_path / "a.sqlite"
-    code = textwrap.dedent(f"""
-        import resource
-        from pathlib import Path
-        from drake_racket.store import StoreError
-        from tests.test_store import INSERT, make
-        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
-        store = make(Path({str(path)!r}), forced={forced})
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with contextlib.closing(make(path, forced=forced)) as store:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, before[1]))
+        said, number = "", -1
         try:
-            for number in range(1000):
+            while number < 1000:
+                number += 1
                 store.write(INSERT, [(number, bytes(3000))])
         except StoreError as error:
-            print(number, error)
-    """)
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    (line,) = done.stdout.splitlines()
-    assert f"{path} cannot be read or written" in line
-    assert len(things(path)) == int(line.split()[0]) > 0
+            said = str(error)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert said.startswith(f"{path} cannot be read or written")
+    assert "\n" not in said
+    assert len(things(path)) == number > 0
 
 
 def test_a_write_that_fails_keeps_none_of_its_rows(tmp_path):

@@ -91,6 +91,7 @@ def code_of(thing: Any) -> tuple[Path, ...]:
 
     Nothing for the package's own, and for what was typed in.
     """
+    thing = getattr(thing, "func", thing)  # of a functools.partial
     try:
         path = Path(inspect.getsourcefile(thing) or "").resolve()
     except (TypeError, OSError):

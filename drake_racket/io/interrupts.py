@@ -40,3 +40,21 @@ def terminable() -> Iterator[list[Terminated]]:
         yield come
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Within it no further Ctrl-C or SIGTERM counts: to leave things in order after the first.
+
+    They often come twice, from the terminal or a scheduler and from the process above.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, signal.SIG_IGN) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)

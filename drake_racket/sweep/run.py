@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
+from drake_racket.io.interrupts import undisturbed
 from drake_racket.io.progress import Progress, Report
 from drake_racket.pool import PoolError, check_workers, leave_if_imported_again
 from drake_racket.results.formats import write_history
@@ -99,7 +100,8 @@ def run_sweep(
             try:
                 _run_missing(sweep, plan, store, out, outcomes, report)
             except KeyboardInterrupt:
-                _results(sweep, store, out)
+                with undisturbed():
+                    _results(sweep, store, out)
                 raise
             return _results(sweep, store, out)
         except (PoolError, ClusterLost) as error:
