@@ -20,7 +20,7 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.process import BaseProcess
 from typing import Any, Generic, TypeVar
 
-from drake_racket.io.errors import InputError
+from drake_racket.io.errors import InputError, WorkStopped
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -34,7 +34,7 @@ _SUSPECT = 2  # deaths that a task has met, alone or not, after which it runs al
 _MAIN_AGAIN = 86  # exit status of a process that was to run the whole script anew
 
 
-class PoolError(RuntimeError):
+class PoolError(WorkStopped):
     """Work that its processes cannot do; the message is one line."""
 
 

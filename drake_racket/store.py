@@ -27,22 +27,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
-from drake_racket.io.errors import InputError, one_line
+from drake_racket.io.errors import InputError, WorkStopped, one_line
 from drake_racket.io.fingerprint import as_text, difference
 
 CHECKPOINT_EVERY = 1.0
 """Seconds after which a write-ahead log is brought to the disk at the latest."""
 
 
-class StoreError(OSError):
+class StoreError(WorkStopped, OSError):
     """A store that can no longer be read or written; what was written before is kept."""
 
     def __init__(self, path: Path | None, error: Exception) -> None:
         reason = one_line(getattr(error, "strerror", None) or str(error), 200)
-        super().__init__(None, f"{path} cannot be read or written: {reason}")
-
-    def __str__(self) -> str:
-        return str(self.strerror)
+        super().__init__(f"{path} cannot be read or written: {reason}")
+        self.strerror = str(self)  # for those who know it as an OSError
 
 
 class OtherComputation(InputError):

@@ -12,11 +12,9 @@ from typing import Any, NoReturn
 import typer
 
 from drake_racket.cli import animate, identify, impact, plot, show, sweep, validate
-from drake_racket.io.errors import InputError, one_line
+from drake_racket.io.errors import InputError, WorkStopped, one_line
 from drake_racket.io.interrupts import exit_status, terminable
-from drake_racket.pool import PoolError
 from drake_racket.simulation import SimulationError
-from drake_racket.store import StoreError
 
 app = typer.Typer(
     add_completion=False,
@@ -55,7 +53,7 @@ def _run() -> int | None:
         _stop(str(error), 2)
     except _UsageError as error:
         _stop(f"{error.format_message()} (see drake-racket --help)", 2)
-    except (SimulationError, PoolError, StoreError) as error:
+    except (SimulationError, WorkStopped) as error:
         _stop(str(error), 1)
     except BrokenPipeError:
         sys.stderr.close()

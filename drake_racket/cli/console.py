@@ -11,13 +11,13 @@ from typing import Any
 import typer
 from rich.console import Console
 
-from drake_racket.io.interrupts import Terminated, exit_status
+from drake_racket.io.interrupts import exit_status, interrupt_word
 from drake_racket.io.progress import Progress, Report
 
 LINE_EVERY = 5.0
 """Seconds between lines of progress where there is no terminal."""
 
-_BRIEF = ("checking", "fitting")  # tasks without a line at their begin and end
+_BRIEF = ("checking", "fitting", "frames")  # tasks without a line at their begin and end
 
 Describe = Callable[[Progress], str]
 
@@ -38,8 +38,7 @@ def ending_on_signals(text: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as interrupt:
-        word = "terminated" if isinstance(interrupt, Terminated) else "interrupted"
-        print(f"drake-racket: {word}; {text}", file=sys.stderr)
+        print(f"drake-racket: {interrupt_word(interrupt)}; {text}", file=sys.stderr)
         raise typer.Exit(exit_status(interrupt)) from None
 
 

@@ -18,6 +18,11 @@ def exit_status(interrupt: BaseException) -> int:
     return 128 + (signal.SIGTERM if isinstance(interrupt, Terminated) else signal.SIGINT)
 
 
+def interrupt_word(interrupt: BaseException) -> str:
+    """What has happened to the command."""
+    return "terminated" if isinstance(interrupt, Terminated) else "interrupted"
+
+
 @contextmanager
 def terminable() -> Iterator[list[Terminated]]:
     """Within it SIGTERM raises Terminated, as Ctrl-C raises KeyboardInterrupt.

@@ -8,7 +8,7 @@ import time
 from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from drake_racket.io.errors import InputError, one_line
+from drake_racket.io.errors import InputError, WorkStopped, one_line
 from drake_racket.io.extras import need_library
 from drake_racket.sweep.worker import (
     CaseOutcome,
@@ -27,7 +27,7 @@ WAIT = 60.0
 _LOOK = 1.0  # seconds between looks at the cluster while no case finishes
 
 
-class ClusterLost(RuntimeError):
+class ClusterLost(WorkStopped):
     """The Dask scheduler went away; the message is one line."""
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_racket.io.errors import InputError
+from drake_racket.io.errors import InputError, WorkStopped
 from drake_racket.io.files import check_directory, directory_error
 from drake_racket.io.interrupts import undisturbed
 from drake_racket.io.progress import Progress, Report
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-class SweepStopped(SimulationError):
+class SweepStopped(SimulationError, WorkStopped):
     """A sweep that cannot go on, for a reason that lies in no case."""
 
 

@@ -138,9 +138,6 @@ def write_verdicts(found: list[Finding], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies.impact_location_and_grip"):
-        try:
-            main()
-        except KeyboardInterrupt:
-            print("interrupted: the finished runs are kept; the same call goes on", file=sys.stderr)
-            sys.exit(130)
+    kept = "the finished runs are kept: the same call goes on"
+    with one_line_errors("studies.impact_location_and_grip", kept=kept):
+        main()

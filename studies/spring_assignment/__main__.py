@@ -172,5 +172,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies.spring_assignment"):
+    kept = "what is finished is kept: the same call goes on"
+    with one_line_errors("studies.spring_assignment", kept=kept):
         main()
