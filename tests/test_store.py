@@ -67,7 +67,7 @@ def test_what_was_written_survives_kill_9(forced, tmp_path):
         count = len(found)
 
 
-@given(header=st.dictionaries(st.text(min_size=1), st.integers() | st.text(), min_size=1))
+@given(header=st.dictionaries(st.text("abcde", min_size=1), st.integers() | st.text(), min_size=1))
 @settings(max_examples=25, deadline=None)
 def test_a_header_comes_back_and_another_one_is_named(header, tmp_path_factory):
     path = tmp_path_factory.mktemp("store") / "a.sqlite"
