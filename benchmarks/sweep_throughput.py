@@ -76,7 +76,7 @@ class Clock:
 
     def __call__(self, progress: Progress) -> None:
         """Takes note of a sweep's progress."""
-        if progress.phase != "running" or progress.done == 0:
+        if progress.task != "running" or progress.done == 0:
             return
         self.done.append((progress.done, perf_counter()))
 
@@ -173,7 +173,7 @@ def report_memory(sweep: Sweep) -> None:
     found: list[float] = []
 
     def remember(progress: Progress) -> None:
-        if progress.phase == "running" and progress.done:
+        if progress.task == "running" and progress.done:
             found.append(resident())
 
     with tempfile.TemporaryDirectory() as out:

@@ -33,8 +33,9 @@ from drake_racket.io.files import check_directory
 from drake_racket.io.shipped import data_directory
 from drake_racket.plots.style import BLUE, GREY, new_figure, tidy
 from drake_racket.results.history import after_release
-from drake_racket.rigs.cases import Output, run_grid
+from drake_racket.sweep import Output, make_sweep, run_grid
 
+TITLE = "A hand from loose to rigid: corner impact in a backhand"
 FACTORS = tuple(float(f) for f in np.logspace(-4, 6, 11))
 
 
@@ -56,9 +57,15 @@ def hand_force(result: ImpactResult) -> float:
 
 
 OUTPUTS = (
-    Output("rebound", "m/s", "normal rebound velocity of the ball", rebound),
-    Output("rotation", "rad", "angle of the racket in the hand at release", rotation),
-    Output("hand_force", "N", "largest force on the hand", hand_force),
+    Output("rebound", "m/s", "normal rebound velocity of the ball", rebound, needs_history=True),
+    Output(
+        "rotation",
+        "rad",
+        "angle of the racket in the hand at release",
+        rotation,
+        needs_history=True,
+    ),
+    Output("hand_force", "N", "largest force on the hand", hand_force, needs_history=True),
 )
 
 
@@ -69,10 +76,9 @@ def sweep(base: Scenario, factors: list[float]) -> xarray.Dataset:
         paths = [str(Path(directory) / f"grip_{i}.yaml") for i in range(len(factors) + 1)]
         for path, factor in zip(paths, [0.0, *factors], strict=True):
             write_grip(normal.scaled(factor), Path(path))
-        held = run_grid(
-            replace(base, grip_kind="compliant"), {"grip": paths}, OUTPUTS, history=True
-        )
-        weld = run_grid(base, {"grip_kind": ["weld"]}, OUTPUTS, history=True)
+        compliant = make_sweep(replace(base, grip_kind="compliant"), {"grip": paths}, OUTPUTS)
+        held = run_grid(compliant, title=TITLE)
+        weld = run_grid(make_sweep(base, {"grip_kind": ["weld"]}, OUTPUTS), title=TITLE)
     named = held.rename(grip="factor").assign_coords(factor=[0.0, *factors])
     last = weld.rename(grip_kind="factor").assign_coords(factor=[np.inf])
     dataset = xarray.concat([named, last], dim="factor", combine_attrs="override")
@@ -99,7 +105,7 @@ def figure(dataset: xarray.Dataset):
         axes.set(xlabel="stiffness over the normal grip's (1)", ylabel=labels[name])
         tidy(axes)
     drawn.axes[0].legend(frameon=False, fontsize=8)
-    drawn.suptitle("A hand from loose to rigid: corner impact in a backhand")
+    drawn.suptitle(TITLE)
     return drawn
 
 

@@ -34,7 +34,7 @@ def report(progress: Progress) -> None:
     """One line on a terminal, written over."""
     if sys.stderr.isatty():
         end = "\n" if progress.done == progress.total else ""
-        text = f"\r{progress.phase}: {progress.done} of {progress.total}"
+        text = f"\r{progress.task}: {progress.done} of {progress.total}"
         print(text, end=end, file=sys.stderr, flush=True)
 
 

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,8 @@ from drake_racket.animation.limb_shape import limb_parts
 from drake_racket.animation.outline import racket_outline, spring_ends, string_points
 from drake_racket.animation.scene import Scene
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Progress, Report
 from drake_racket.plots.style import new_figure
-
-if TYPE_CHECKING:
-    from drake_racket.animation.write import Progress
 
 _WIDTH, _HEIGHT, _DPI = 9.6, 6.0, 100  # inches, 1/inch: even numbers of pixels, as MP4 wants
 _GIF_COLOURS = 96
@@ -40,7 +38,7 @@ def check_film(path: Path) -> None:
         raise InputError("--out", path, allowed)
 
 
-def write_film(scene: Scene, path: Path, progress: Progress | None = None) -> None:
+def write_film(scene: Scene, path: Path, progress: Report | None = None) -> None:
     """Draws every frame of `scene` into `path` (.gif or .mp4).
 
     Raises:
@@ -53,13 +51,13 @@ def write_film(scene: Scene, path: Path, progress: Progress | None = None) -> No
         _write_mp4(_frames(scene, progress), scene.fps, path)
 
 
-def _frames(scene: Scene, progress: Progress | None) -> Iterator[NDArray[np.uint8]]:
+def _frames(scene: Scene, progress: Report | None) -> Iterator[NDArray[np.uint8]]:
     """The frames as pixels (height, width, 3)."""
     picture = _Picture(scene)
     for k in range(len(scene.time)):
         yield picture.pixels(k)
         if progress is not None:
-            progress(k + 1, len(scene.time))
+            progress(Progress("frames", k + 1, len(scene.time)))
 
 
 def _write_gif(frames: Iterator[NDArray[np.uint8]], fps: float, path: Path) -> None:

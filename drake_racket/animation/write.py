@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_racket.animation.settings import AnimationSettings, check_settings, frame_count
 from drake_racket.io.files import check_directory, directory_error, replace_file, write_text
+from drake_racket.io.progress import Report
 
 if TYPE_CHECKING:
     import xarray
 
     from drake_racket.animation.scene import Scene
-
-Progress = Callable[[int, int], None]
-"""Called with the number of frames drawn and of all frames."""
 
 
 def animate(
@@ -23,7 +20,7 @@ def animate(
     path: Path,
     settings: AnimationSettings | None = None,
     *,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> Scene:
     """Writes an animation of `history` to `path`: .html, .gif or .mp4.
 
@@ -60,7 +57,7 @@ def animate(
     return scene
 
 
-def _write(scene: Scene, path: Path, progress: Progress | None) -> None:
+def _write(scene: Scene, path: Path, progress: Report | None) -> None:
     if path.suffix.lower() == ".html":
         from drake_racket.animation.meshcat_page import meshcat_page
 

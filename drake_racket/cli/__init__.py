@@ -13,7 +13,8 @@ import typer
 
 from drake_racket.cli import animate, identify, impact, plot, show, sweep, validate
 from drake_racket.engines.drake.engine import SimulationError
-from drake_racket.io.errors import InputError, one_line
+from drake_racket.io.errors import InputError, WorkStopped, one_line
+from drake_racket.io.interrupts import exit_status, terminable
 
 app = typer.Typer(
     add_completion=False,
@@ -39,21 +40,27 @@ def main() -> None:
     """Runs the command line; bad input ends with status 2 and one line on standard error."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal without ° or ² gets ? instead
+    with terminable() as terminated:
+        status = _run()
+    if status:
+        sys.exit(exit_status(terminated[-1]) if terminated else status)
+
+
+def _run() -> int | None:
     try:
-        status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+        status: int | None = app(sys.argv[1:] or ["--help"], standalone_mode=False)
     except InputError as error:
         _stop(str(error), 2)
     except _UsageError as error:
         _stop(f"{error.format_message()} (see drake-racket --help)", 2)
-    except SimulationError as error:
+    except (SimulationError, WorkStopped) as error:
         _stop(str(error), 1)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(1)
-    except typer.Abort:  # Ctrl-C in typer releases that do not give it a status themselves
-        status = 130
-    if status:
-        sys.exit(status)
+    except (typer.Abort, KeyboardInterrupt):  # where a command, or typer, gives it no status
+        return 130
+    return status
 
 
 def _stop(message: str, status: int) -> NoReturn:

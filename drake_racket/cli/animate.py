@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
-from drake_racket.cli.console import new_console
+from drake_racket.cli.console import ending_on_signals, new_console, showing
+from drake_racket.io.progress import Progress
 
 
 def animate(
@@ -33,25 +32,14 @@ def animate(
     ] = None,
 ) -> None:
     """Writes a slow motion of ball, strings, frame and limb; a page needs no server or network."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
     from drake_racket.animation import AnimationSettings
     from drake_racket.animation import animate as write_animation
     from drake_racket.results.formats import read_history
 
     history = read_history(log / "impact.nc" if log.is_dir() else log)
     settings = AnimationSettings(slowdown, fps, magnify, magnify_strings)
-    columns = (TextColumn("frames"), BarColumn(), MofNCompleteColumn())
-    bars = Progress(*columns, console=Console(stderr=True))
-    task = bars.add_task("frames", total=None)
-    with contextlib.ExitStack() as shown:
-
-        def step(done: int, total: int) -> None:
-            if done == 1:  # not before: bad input is one line and no bar
-                shown.enter_context(bars)
-            bars.update(task, completed=done, total=total)
-
-        scene = write_animation(history, out, settings, progress=step)
+    with ending_on_signals("no file is written"), showing(_text) as report:
+        scene = write_animation(history, out, settings, progress=report)
     console = new_console()
     console.print(
         f"{1e3 * (scene.time[-1] - scene.time[0]):.1f} ms in {len(scene.time)} frames,"
@@ -59,3 +47,7 @@ def animate(
         f" bending magnified {magnify:g} times, strings {magnify_strings:g} times"
     )
     console.print(f"wrote {escape(str(out))}")
+
+
+def _text(progress: Progress) -> str:
+    return f"{progress.done:g} of {progress.total:g}"

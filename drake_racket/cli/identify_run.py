@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import shutil
-import sys
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
+from drake_racket.cli.console import ending_on_signals, showing
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory
+from drake_racket.io.progress import Progress, Report
+from drake_racket.store import OtherComputation
 
 if TYPE_CHECKING:
     from drake_racket.identify.core.estimate import Estimate
-
-Report = Callable[[float, float], None]
-
-LINE_EVERY = 5.0
-"""Seconds between lines of progress where there is no terminal."""
 
 
 def today() -> str:
@@ -80,57 +75,29 @@ def prepare(out: Path, fresh: bool) -> Path:
 
 @contextmanager
 def running(out: Path, unit: str, scale: float = 1.0, *, kept: bool = True) -> Iterator[Report]:
-    """Shows part done and current RMS; an interruption ends with status 130 and says how to go on.
+    """Shows part done and current RMS; an interruption ends with one line that says how to go on.
 
     Args:
         unit, scale: of the RMS as it is shown.
         kept: the fit keeps a journal in `out`.
 
     """
+
+    def text(progress: Progress) -> str:
+        done = 100.0 * progress.done / progress.total
+        rms = math.inf if progress.rms is None else scale * progress.rms
+        return f"{done:.0f} % done, RMS {rms:.4g} {unit}"
+
+    go_on = f"what is done is in {out}: the same command goes on from there"
+    if not kept:
+        go_on = "nothing is kept: the same command begins anew"
     try:
-        with _shown(unit, scale) as report:
+        with ending_on_signals(go_on), showing(text) as report:
             yield report
-    except KeyboardInterrupt:
-        text = f"what is done is in {out}: the same command goes on from there"
-        if not kept:
-            text = "nothing is kept: the same command begins anew"
-        print(f"drake-racket: interrupted; {text}", file=sys.stderr)
-        raise typer.Exit(130) from None
     except InputError as error:
-        if "journal" not in error.key and "journal" not in error.allowed:
+        if error.key != "journal" and not isinstance(error, OtherComputation):
             raise
         raise InputError(error.key, error.value, f"{error.allowed}; or --fresh") from None
-
-
-@contextmanager
-def _shown(unit: str, scale: float) -> Iterator[Report]:
-    if not sys.stderr.isatty():
-        last = [time.monotonic()]
-
-        def line(done: float, rms: float) -> None:
-            if time.monotonic() - last[0] >= LINE_EVERY:
-                last[0] = time.monotonic()
-                text = f"{100.0 * done:.0f} % done, RMS {scale * rms:.4g} {unit}"
-                print(f"drake-racket: {text}", file=sys.stderr, flush=True)
-
-        yield line
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("fitting"),
-        BarColumn(),
-        TextColumn("RMS {task.fields[rms]}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("fitting", total=1.0, rms="-")
-
-        def report(done: float, rms: float) -> None:
-            bar.update(task, completed=done, rms=f"{scale * rms:.4g} {unit}")
-
-        yield report
 
 
 def show(

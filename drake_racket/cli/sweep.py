@@ -5,23 +5,18 @@ from __future__ import annotations
 import importlib
 import json
 import logging
-import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from drake_racket.cli.console import ending_on_signals, showing
+from drake_racket.io.errors import InputError
+from drake_racket.io.extras import need_library
+from drake_racket.io.progress import Progress
+
 if TYPE_CHECKING:
-    from drake_racket.sweep.run import Progress
-
-Report = Callable[["Progress"], None]
-
-LINE_EVERY = 5.0
-"""Seconds between lines of progress where there is no terminal."""
+    import xarray
 
 
 def sweep(
@@ -34,16 +29,26 @@ def sweep(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Delete the sweep that is in OUT and start anew.")
     ] = False,
+    export: Annotated[
+        bool,
+        typer.Option("--export", help="Run nothing: write the results' files of what is finished."),
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print errors only.")] = False,
 ) -> None:
     """Runs a sweep of impacts. An interrupted one goes on with the same command."""
-    from drake_racket.sweep import load_sweep, run_sweep
+    from drake_racket.sweep import export_sweep, load_sweep, run_sweep
 
+    if export and (fresh or scheduler is not None):
+        raise InputError("--export", True, "neither --fresh nor --scheduler: it runs nothing")
     if scheduler is not None:
+        need_library("distributed", "dask", "--scheduler", scheduler)
         _silence_dask()
     wanted = load_sweep(file)
-    try:
-        with _progress(quiet) as report:
+    if export:
+        dataset = export_sweep(wanted, out)
+    else:
+        kept = f"what is finished is in {out}: the same command goes on from there"
+        with ending_on_signals(kept), showing(_text, quiet=quiet) as report:
             dataset = run_sweep(
                 wanted,
                 out,
@@ -52,87 +57,28 @@ def sweep(
                 fresh=fresh,
                 progress=report,
             )
-    except KeyboardInterrupt:
-        text = f"interrupted; what is finished is in {out}: the same command goes on from there"
-        print(f"drake-racket: {text}", file=sys.stderr)
-        raise typer.Exit(130) from None
     if not quiet:
         _print_summary(dataset, out)
 
 
 def _silence_dask() -> None:
     """What Dask logs of a lost cluster, in many lines, this command says in one."""
-    if find_spec("distributed") is not None:
-        importlib.import_module("distributed")  # which gives its loggers their levels
-        for name in list(logging.root.manager.loggerDict):
-            if name.startswith("distributed"):
-                logging.getLogger(name).setLevel(logging.CRITICAL)
+    importlib.import_module("distributed")  # which gives its loggers their levels
+    for name in list(logging.root.manager.loggerDict):
+        if name.startswith("distributed"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Report]:
-    """A bar on a terminal, lines elsewhere, on standard error."""
-    if quiet:
-        yield lambda progress: None
-    elif sys.stderr.isatty():
-        with _bar() as report:
-            yield report
-    else:
-        yield _Lines()
-
-
-@contextmanager
-def _bar() -> Iterator[Report]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
-    from rich.progress import Progress as Bar
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[text]}"),
-    )
-    with Bar(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("checking", total=None, text="")
-
-        def report(progress: Progress) -> None:
-            bar.update(
-                task,
-                description=progress.phase,
-                completed=progress.done,
-                total=progress.total,
-                text=_rate(progress),
-            )
-
-        yield report
-
-
-class _Lines:
-    """Prints a line every few seconds, and at the start and the end of the run."""
-
-    def __init__(self) -> None:
-        self._last = time.monotonic()
-        self._phase = "checking"
-
-    def __call__(self, progress: Progress) -> None:
-        now = time.monotonic()
-        ended = progress.phase == "running" and progress.done == progress.total
-        if now - self._last < LINE_EVERY and progress.phase == self._phase and not ended:
-            return
-        self._last, self._phase = now, progress.phase
-        text = f"{progress.phase}: {progress.done} of {progress.total} cases{_rate(progress)}"
-        print(f"drake-racket: {text}", file=sys.stderr, flush=True)
-
-
-def _rate(progress: Progress) -> str:
+def _text(progress: Progress) -> str:
+    text = f"{progress.done} of {progress.total} cases"
+    if progress.task != "running":
+        return text
+    if progress.failed:
+        text += f", {progress.failed} failed"
     left = progress.time_left()
-    if progress.phase != "running":
-        return ""
-    failed = f", {progress.failed} failed" if progress.failed else ""
-    if left is None:
-        return failed
-    return f"{failed}, {progress.rate():.3g} cases/s, {_duration(left)} left"
+    return (
+        text if left is None else f"{text}, {progress.rate():.3g} cases/s, {_duration(left)} left"
+    )
 
 
 def _duration(seconds: float) -> str:
@@ -143,7 +89,7 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
 
 
-def _print_summary(dataset: Any, out: Path) -> None:
+def _print_summary(dataset: xarray.Dataset, out: Path) -> None:
     from collections import Counter
 
     from rich.markup import escape
@@ -154,7 +100,9 @@ def _print_summary(dataset: Any, out: Path) -> None:
     console = new_console()
     status = dataset["status"].to_numpy()
     failed = int((status == 1).sum())
-    console.print(f"{status.size} cases, {failed} failed")
+    missing = int((status == 2).sum())
+    left = f", {missing} missing" if missing else ""
+    console.print(f"{status.size} cases, {failed} failed{left}")
     reasons = Counter(x for x in dataset["failure"].to_numpy().reshape(-1) if x)
     for reason, count in reasons.most_common(10):
         console.print(f"[yellow]failed:[/] {count} x {escape(reason)}")

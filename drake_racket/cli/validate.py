@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from drake_racket.cli.console import new_console
+from drake_racket.cli.console import ending_on_signals, new_console, showing
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory
+from drake_racket.io.progress import Progress
 
 
 def validate(
@@ -32,9 +32,7 @@ def validate(
 
     An interrupted run goes on where it stopped when it is started again with the same options.
     """
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    from drake_racket.rigs.cases import check_workers
+    from drake_racket.pool import check_workers
     from drake_racket.validation import SECTIONS
     from drake_racket.validation import validate as run_validation
     from drake_racket.validation.outcome import Plan
@@ -45,18 +43,14 @@ def validate(
     check_workers(workers)
     check_directory(out, "--out")
     plan = Plan.coarse(workers) if coarse else Plan(workers=workers)
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console) as bars:
-        tasks: dict[str, Any] = {}
-
-        def step(title: str, done: int, total: int) -> None:
-            if title not in tasks:
-                tasks[title] = bars.add_task(title)
-            bars.update(tasks[title], completed=done, total=total)
-
-        rows = run_validation(out, only=only or [], plan=plan, fresh=fresh, progress=step)
+    kept = f"finished sections are in {out}: the same command goes on from there"
+    with ending_on_signals(kept), showing(_text) as report:
+        rows = run_validation(out, only=only or [], plan=plan, fresh=fresh, progress=report)
     _print_verdicts(rows, out)
+
+
+def _text(progress: Progress) -> str:
+    return f"{progress.done:g} of {progress.total:g}"
 
 
 def _print_verdicts(rows: list[Any], out: Path) -> None:

@@ -1,4 +1,4 @@
-"""The one exception that bad input raises."""
+"""The exception that bad input raises, the one of work that cannot go on, and what scripts do."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import contextlib
 import sys
 from collections.abc import Iterator
 from pathlib import PurePath
+from typing import Any
+
+from drake_racket.io.interrupts import exit_status, interrupt_word, terminable
 
 
 class InputError(ValueError):
@@ -20,6 +23,14 @@ class InputError(ValueError):
         self.value = value
         self.allowed = allowed
         super().__init__(f"{one_line(key)}: got {_shown(value)}; allowed: {one_line(allowed)}")
+
+    def __reduce__(self) -> Any:
+        """It travels between processes."""
+        return type(self), (self.key, self.value, self.allowed)
+
+
+class WorkStopped(RuntimeError):
+    """Work that cannot go on, for a reason that lies not in its input; the message is one line."""
 
 
 def _shown(value: object, limit: int = 80) -> str:
@@ -40,10 +51,26 @@ def one_line(text: str, limit: int = 500) -> str:
 
 
 @contextlib.contextmanager
-def one_line_errors(program: str) -> Iterator[None]:
-    """For the main block of a script: an InputError becomes one line and exit status 2."""
+def one_line_errors(program: str, *, kept: str = "") -> Iterator[None]:
+    """For the main block of a script: what ends it early becomes one line and an exit status.
+
+    2 for an InputError, 1 for a WorkStopped, 130 for Ctrl-C and 143 for SIGTERM.
+
+    Args:
+        program: as it is called.
+        kept: what an interrupted run leaves, and how to go on.
+
+    """
     try:
-        yield
+        with terminable():
+            yield
     except InputError as error:
         print(f"{program}: {one_line(str(error))}", file=sys.stderr)
         sys.exit(2)
+    except WorkStopped as error:
+        print(f"{program}: {one_line(str(error))}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt as interrupt:
+        text = interrupt_word(interrupt) + (f"; {kept}" if kept else "")
+        print(f"{program}: {text}", file=sys.stderr)
+        sys.exit(exit_status(interrupt))

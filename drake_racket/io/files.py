@@ -72,6 +72,12 @@ def write_text(text: str, path: Path) -> None:
 
 def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
     """Writes a dataset as NetCDF 4."""
+    content = netcdf_bytes(dataset)
+    replace_file(path, lambda temporary: temporary.write_bytes(content))
+
+
+def netcdf_bytes(dataset: xarray.Dataset) -> bytes:
+    """A dataset as the bytes of a NetCDF 4 file."""
     from xarray.backends import H5NetCDFStore
 
     h5netcdf: Any = importlib.import_module("h5netcdf")  # it comes without hints
@@ -79,7 +85,14 @@ def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
     content = io.BytesIO()
     with h5netcdf.File(content, "w") as file:
         dataset.dump_to_store(H5NetCDFStore(file))
-    replace_file(path, lambda temporary: temporary.write_bytes(content.getbuffer()))
+    return content.getvalue()
+
+
+def read_netcdf(content: bytes) -> xarray.Dataset:
+    """The dataset of such bytes."""
+    import xarray
+
+    return xarray.load_dataset(io.BytesIO(content), engine="h5netcdf")
 
 
 def write_csv(dataset: xarray.Dataset, path: Path) -> None:

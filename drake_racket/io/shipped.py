@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pydrake.multibody.parsing import PackageMap
+if TYPE_CHECKING:
+    from pydrake.multibody.parsing import PackageMap
 
 _HERE = Path(__file__).resolve().parent.parent
 

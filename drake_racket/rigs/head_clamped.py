@@ -18,23 +18,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Report, part_of
 from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.racket import RACKETS, TENSIONS
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult
-from drake_racket.rigs.cases import (
-    CONTACT_TIME,
-    REBOUND_SPEED,
-    RESTITUTION,
-    USUAL,
-    Axis,
-    Output,
-    Progress,
-    run_grid,
-)
+from drake_racket.sweep.outputs import CONTACT_TIME, REBOUND_SPEED, RESTITUTION, Output
+from drake_racket.sweep.run import run_grid
+from drake_racket.sweep.spec import make_sweep
 
 if TYPE_CHECKING:
     import xarray
@@ -61,7 +55,7 @@ def normal_impacts(
     speeds: Sequence[float] = CANNON_SPEEDS,
     base: Scenario | None = None,
     workers: int = 1,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """Restitution, rebound speed, contact time, peak force and deflection of normal impacts.
 
@@ -72,17 +66,15 @@ def normal_impacts(
         InputError: a case is not valid.
 
     """
-    axes: dict[str, Axis] = {
-        "racket": rackets,
-        "tension": tensions,
-        "point": points,
-        "speed": speeds,
+    axes = {
+        "racket": list(rackets),
+        "tension": list(map(str, tensions)),
+        "point": list(points),
+        "speed": {"values": list(speeds), "unit": "m/s"},
     }
-    dataset = run_grid(
-        base or head_clamped_scenario(), axes, USUAL, workers=workers, progress=progress
-    )
-    dataset.attrs["title"] = "Head clamped, normal impacts"
-    return dataset
+    sweep = make_sweep(base or head_clamped_scenario(), axes)
+    title = "Head clamped, normal impacts"
+    return run_grid(sweep, title=title, workers=workers, progress=progress)
 
 
 def stroke_axis(stroke: str, reading: str) -> dict[str, float]:
@@ -142,7 +134,7 @@ def oblique_impacts(
     points: Sequence[int] = POINT_NUMBERS,
     base: Scenario | None = None,
     workers: int = 1,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """Rebound angle and speed of oblique impacts, with both readings of friction and of the angle.
 
@@ -157,30 +149,33 @@ def oblique_impacts(
 
     parts = []
     for n, reading in enumerate(angle_readings):
-
-        def count(done: int, total: int, n: int = n) -> None:
-            if progress is not None:
-                progress(n * total + done, len(angle_readings) * total)
-
-        axes: dict[str, Axis] = {
-            "racket": rackets,
-            "tension": tensions,
-            "friction_reading": friction_readings,
-            "stroke": {stroke: stroke_axis(stroke, reading) for stroke in strokes},
-            "point": points,
+        axes = {
+            "racket": list(rackets),
+            "tension": list(map(str, tensions)),
+            "friction_reading": list(friction_readings),
+            "stroke": _stroke_rows(strokes, reading),
+            "point": list(points),
         }
-        parts.append(
-            run_grid(
-                base or head_clamped_scenario(),
-                axes,
-                OBLIQUE_OUTPUTS,
-                workers=workers,
-                progress=count,
-            )
-        )
+        sweep = make_sweep(base or head_clamped_scenario(), axes, OBLIQUE_OUTPUTS)
+        report = part_of(progress, n * len(sweep), len(angle_readings) * len(sweep))
+        title = "Head clamped, oblique impacts"
+        part = run_grid(sweep, title=title, workers=workers, progress=report)
+        parts.append(part.drop_vars(_STROKE_UNITS))  # they differ between the readings
     index = xarray.Variable("angle_reading", list(angle_readings))
     dataset = xarray.concat(parts, index, combine_attrs="override")
-    dataset.attrs["title"] = "Head clamped, oblique impacts"
     return dataset.transpose(
         "racket", "tension", "friction_reading", "angle_reading", "stroke", "point"
     )
+
+
+_STROKE_UNITS = {"speed": "m/s", "incidence_deg": "degrees", "azimuth_deg": "degrees"}
+
+
+def _stroke_rows(strokes: Sequence[str], reading: str) -> dict[str, Any]:
+    """The strokes as an axis of a sweep."""
+    values = [stroke_axis(stroke, reading) for stroke in strokes]
+    return {
+        "keys": {key: {"unit": unit} for key, unit in _STROKE_UNITS.items()},
+        "rows": [[row[key] for key in _STROKE_UNITS] for row in values],
+        "labels": list(strokes),
+    }

@@ -14,78 +14,20 @@ import dataclasses
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Report
 from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.racket import RACKETS
 from drake_racket.parameters.scenario import Scenario
-from drake_racket.results.history import after_release
-from drake_racket.results.impact import ImpactResult
-from drake_racket.rigs.cases import USUAL, Axis, Output, Progress, run_grid
+from drake_racket.sweep.outputs import USUAL, VIBRATION
+from drake_racket.sweep.run import run_grid
+from drake_racket.sweep.spec import make_sweep
 
 if TYPE_CHECKING:
     import xarray
 
 SPEED = 25.0
 """m/s, relative speed of ball and racket: the middle of the source's 18-33 m/s."""
-
-
-def _peak_acceleration(result: ImpactResult) -> float:
-    found = result.peak_handle_acceleration
-    return float("nan") if found is None else found
-
-
-def handle_ringing(history: xarray.Dataset) -> float:
-    """Root mean square (m/s^2) over time of mid-handle's acceleration along z after release.
-
-    With the racket in a hand it holds the racket's motion in the hand, too. NaN if the history ends
-    in contact.
-    """
-    rest = after_release(history)
-    time = rest["time"].to_numpy()
-    if len(time) < 2 or not time[-1] > time[0]:
-        return float("nan")
-    squared = rest["handle_acceleration"].sel(axis="z").to_numpy() ** 2
-    return float(np.sqrt(np.trapezoid(squared, time) / (time[-1] - time[0])))
-
-
-def bending_after_release(history: xarray.Dataset) -> float:
-    """Largest out-of-plane angle (rad) after release; NaN if the history ends in contact."""
-    angle = after_release(history)["out_of_plane_angle"]
-    return float(np.abs(angle).max()) if angle.size else float("nan")
-
-
-def _ringing(result: ImpactResult) -> float:
-    assert result.history is not None
-    return handle_ringing(result.history)
-
-
-def _bending_angle(result: ImpactResult) -> float:
-    assert result.history is not None
-    return bending_after_release(result.history)
-
-
-VIBRATION = (
-    Output(
-        "peak_handle_acceleration",
-        "m/s^2",
-        "largest magnitude of the acceleration of mid-handle",
-        _peak_acceleration,
-    ),
-    Output(
-        "handle_ringing",
-        "m/s^2",
-        "root mean square of mid-handle's acceleration along z after release",
-        _ringing,
-    ),
-    Output(
-        "bending_angle",
-        "rad",
-        "largest out-of-plane angle at the throat joint after release",
-        _bending_angle,
-    ),
-)
 
 
 def moving_racket_scenario() -> Scenario:
@@ -117,7 +59,7 @@ def restitution_map(
     points: Sequence[int] = POINT_NUMBERS,
     base: Scenario | None = None,
     workers: int = 1,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """Restitution, contact and vibration at the string-bed's points.
 
@@ -128,17 +70,10 @@ def restitution_map(
         InputError: a case is not valid.
 
     """
-    axes: dict[str, Axis] = {"racket": rackets, "support": supports, "point": points}
-    dataset = run_grid(
-        base or moving_racket_scenario(),
-        axes,
-        (*USUAL, *VIBRATION),
-        history=True,
-        workers=workers,
-        progress=progress,
-    )
-    dataset.attrs["title"] = "Impacts on a racket that may move"
-    return dataset
+    axes = {"racket": list(rackets), "support": list(supports), "point": list(points)}
+    sweep = make_sweep(base or moving_racket_scenario(), axes, (*USUAL, *VIBRATION))
+    title = "Impacts on a racket that may move"
+    return run_grid(sweep, title=title, workers=workers, progress=progress)
 
 
 def along_axis(
@@ -147,7 +82,7 @@ def along_axis(
     rackets: Sequence[str] = RACKETS,
     base: Scenario | None = None,
     workers: int = 1,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """The same on the free racket, aimed along its long axis.
 
@@ -163,9 +98,10 @@ def along_axis(
 
     """
     base = dataclasses.replace(base or moving_racket_scenario(), point="auto", support="free")
-    axes: dict[str, Axis] = {"racket": rackets, "offset_x": offsets}
-    dataset = run_grid(
-        base, axes, (*USUAL, *VIBRATION), history=True, workers=workers, progress=progress
-    )
-    dataset.attrs["title"] = "Free racket, impacts along its axis"
-    return dataset
+    axes = {
+        "racket": list(rackets),
+        "offset_x": {"values": list(offsets), "unit": "m"},
+    }
+    sweep = make_sweep(base, axes, (*USUAL, *VIBRATION))
+    title = "Free racket, impacts along its axis"
+    return run_grid(sweep, title=title, workers=workers, progress=progress)

@@ -10,18 +10,18 @@ from drake_racket.cases.case import resolve
 from drake_racket.io.errors import InputError, one_line
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.sweep.identity import file_hashes, named_files, scenario_hash
-from drake_racket.sweep.outputs import OUTPUTS
+from drake_racket.sweep.outputs import Output
 from drake_racket.sweep.spec import Sweep
 
 
 @dataclass
-class Plan:
+class CasePlan:
     """What is known of every case before the first one runs.
 
     Attributes:
         hashes: of the cases' scenarios; empty where there is none.
         invalid: case -> why it cannot run.
-        group: case -> number of its in order of first appearance.
+        group: case -> number of its topology, in order of first appearance.
         builders: by that number, the scenario that the Diagram is built from: the first case's, so
             that no result depends on which case a process meets first.
         files: name -> hash of every file that a case names.
@@ -39,7 +39,9 @@ class Plan:
         return sorted(self.group, key=lambda case: (self.group[case], case))
 
 
-def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Plan:
+def make_plan(
+    sweep: Sweep, checked: Callable[[int], None] | None = None, *, strict: bool = False
+) -> CasePlan:
     """Checks every case.
 
     Cases that are not valid are kept with the reason; what cannot be meant is refused: a value on
@@ -48,12 +50,13 @@ def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Pla
     Args:
         sweep: the sweep.
         checked: called with the number of cases checked so far.
+        strict: refuse any case that is not valid.
 
     Raises:
         InputError: naming the key, the value and what is allowed.
 
     """
-    plan = Plan()
+    plan = CasePlan()
     numbers: dict[Any, int] = {}
     errors: dict[int, InputError] = {}
     possible: set[str] = set()
@@ -62,6 +65,8 @@ def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Pla
             scenario = sweep.scenario(case)
             key = resolve(scenario).topology
         except InputError as error:
+            if strict:
+                raise
             errors[case] = error
             plan.hashes.append("")
         else:
@@ -78,9 +83,7 @@ def make_plan(sweep: Sweep, checked: Callable[[int], None] | None = None) -> Pla
     _refuse_values(sweep, errors)
     for output in sweep.outputs:
         if output.name not in possible:
-            raise InputError(
-                "outputs", output.name, f"one that a case has ({_needed(output.name)})"
-            )
+            raise InputError("outputs", output.name, f"one that a case has ({_needed(output)})")
     plan.invalid = {case: one_line(f"not valid: {error}") for case, error in errors.items()}
     return plan
 
@@ -99,6 +102,6 @@ def _refuse_values(sweep: Sweep, errors: dict[int, InputError]) -> None:
                 raise error
 
 
-def _needed(name: str) -> str:
-    needs = OUTPUTS[name].needs
-    return {"audit": "audit: true", "hand": "support grip or limb"}.get(needs, "support limb")
+def _needed(output: Output) -> str:
+    needs = {"audit": "audit: true", "hand": "support grip or limb"}
+    return needs.get(output.needs, "support limb")

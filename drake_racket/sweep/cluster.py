@@ -5,11 +5,18 @@ from __future__ import annotations
 import contextlib
 import queue
 import time
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from drake_racket.io.errors import InputError, one_line
-from drake_racket.sweep.worker import DifferentWorker, Outcome, SweepStopped, Task, failed, run_case
+from drake_racket.io.errors import InputError, WorkStopped, one_line
+from drake_racket.io.extras import need_library
+from drake_racket.sweep.worker import (
+    CaseOutcome,
+    CaseTask,
+    DifferentWorker,
+    failed,
+    run_case,
+)
 
 if TYPE_CHECKING:
     import distributed
@@ -20,22 +27,54 @@ WAIT = 60.0
 _LOOK = 1.0  # seconds between looks at the cluster while no case finishes
 
 
-def run_on_cluster(
-    tasks: Iterable[Task], scheduler: str | distributed.Client
-) -> Generator[list[Outcome], None, None]:
-    """Runs the cases on a Dask cluster; Dask runs again what a lost worker had.
+class ClusterLost(WorkStopped):
+    """The Dask scheduler went away; the message is one line."""
+
+
+@contextlib.contextmanager
+def connected(scheduler: str | distributed.Client) -> Iterator[distributed.Client]:
+    """A client of a Dask scheduler, to be had before any work is done.
 
     Args:
-        tasks: the cases.
         scheduler: its address, or a client of the caller's, which stays open.
 
     Raises:
-        InputError: no scheduler there, no workers within `WAIT`, or workers with other code.
-        SweepStopped: the scheduler went away.
+        InputError: Dask is not installed, or no scheduler is there.
 
     """
-    own = isinstance(scheduler, str)
-    client: Any = _connect(scheduler) if isinstance(scheduler, str) else scheduler
+    if not isinstance(scheduler, str):
+        yield scheduler
+        return
+    need_library("distributed", "dask", "--scheduler", scheduler)
+    client = _connect(scheduler)
+    try:
+        yield client
+    finally:
+        with contextlib.suppress(TimeoutError):  # a lost scheduler answers no goodbye
+            client.close(timeout=10 if client.status == "running" else 0.5)
+
+
+def _connect(address: str) -> Any:  # distributed has hints for a part of it only
+    from distributed import Client
+
+    connect: Any = Client
+    try:
+        return connect(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        allowed = f"the address of a running Dask scheduler ({one_line(str(error), 120)})"
+        raise InputError("--scheduler", address, allowed) from None
+
+
+def run_on_cluster(
+    tasks: Iterable[CaseTask], client: distributed.Client
+) -> Generator[list[CaseOutcome], None, None]:
+    """Runs the cases on a Dask cluster; Dask runs again what a lost worker had.
+
+    Raises:
+        InputError: no workers within `WAIT`, or workers with other code.
+        ClusterLost: the scheduler went away.
+
+    """
     cases = _Cases(client, tasks)
     try:
         while True:
@@ -47,30 +86,13 @@ def run_on_cluster(
                 yield batch
     finally:
         cases.stop()
-        if own:
-            with contextlib.suppress(TimeoutError):  # a lost scheduler answers no goodbye
-                client.close(timeout=10 if client.status == "running" else 0.5)
-
-
-def _connect(address: str) -> Any:  # distributed has hints for a part of it only
-    try:
-        from distributed import Client
-    except ImportError:
-        allowed = "nothing without Dask: pip install 'drake-racket[dask]'"
-        raise InputError("--scheduler", address, allowed) from None
-    connect: Any = Client
-    try:
-        return connect(address, timeout=10, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
-        allowed = f"the address of a running Dask scheduler ({one_line(str(error), 120)})"
-        raise InputError("--scheduler", address, allowed) from None
 
 
 class _Cases:
     """The cases that are on the cluster."""
 
-    def __init__(self, client: Any, tasks: Iterable[Task]) -> None:
-        self.running: dict[Any, tuple[Any, Task]] = {}  # future and case by the future's key
+    def __init__(self, client: Any, tasks: Iterable[CaseTask]) -> None:
+        self.running: dict[Any, tuple[Any, CaseTask]] = {}  # future and case by the future's key
         self._client = client
         self._tasks = iter(tasks)
         self._done: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -99,7 +121,7 @@ class _Cases:
             self.running[future.key] = future, task
             future.add_done_callback(self._done.put)
 
-    def collect(self) -> list[Outcome]:
+    def collect(self) -> list[CaseOutcome]:
         """Waits a moment for an outcome, and takes all that are there."""
         futures = []
         try:
@@ -114,7 +136,7 @@ class _Cases:
         for i, future in enumerate(futures):
             try:
                 batch += self._outcome(future)
-            except SweepStopped:
+            except ClusterLost:
                 if not batch:
                     raise
                 for rest in futures[i:]:  # what came before counts; then it is met again
@@ -122,15 +144,17 @@ class _Cases:
                 break
         return batch
 
-    def _outcome(self, future: Any) -> list[Outcome]:
+    def _outcome(self, future: Any) -> list[CaseOutcome]:
         """What a future has; nothing if Dask has to compute it again."""
         from distributed import CancelledError, KilledWorker
 
         _, task = self.running[future.key]
         try:
-            outcome: Outcome = future.result(timeout=WAIT)
+            outcome: CaseOutcome = future.result(timeout=WAIT)
         except KilledWorker:  # by Dask's setting distributed.scheduler.allowed-failures
-            outcome = failed(task.case, task.settings.outputs, "workers died in it again and again")
+            outcome = failed(
+                task.case, len(task.settings.outputs), "workers died in it again and again"
+            )
         except (CancelledError, OSError, TimeoutError) as error:
             if isinstance(error, CancelledError) or self._client.status != "running":
                 raise self._lost() from None
@@ -139,6 +163,8 @@ class _Cases:
         except DifferentWorker:
             raise
         except Exception as error:
+            if task.settings.strict:
+                raise
             reason = one_line(f"{type(error).__name__}: {error}", 200)
             allowed = f"workers that can run the package ({reason})"
             raise InputError("--scheduler", self._address(), allowed) from None
@@ -160,8 +186,8 @@ class _Cases:
         scheduler = self._client.scheduler
         return "the scheduler" if scheduler is None else str(scheduler.address)
 
-    def _lost(self) -> SweepStopped:
-        return SweepStopped(f"the Dask scheduler at {self._address()} was lost")
+    def _lost(self) -> ClusterLost:
+        return ClusterLost(f"the Dask scheduler at {self._address()} was lost")
 
     def stop(self) -> None:
         """Takes back what is not finished."""

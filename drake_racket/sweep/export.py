@@ -14,28 +14,32 @@ import importlib
 import json
 from collections import Counter
 from collections.abc import Sequence
-from importlib.util import find_spec
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drake_racket.io.errors import InputError
+from drake_racket.io.extras import has_library
 from drake_racket.io.files import replace_file, write_netcdf, write_table, write_text
-from drake_racket.io.fingerprint import environment
+from drake_racket.io.fingerprint import as_text, difference, digest
+from drake_racket.store import StoreReader
 from drake_racket.sweep.axes import Column, SweepAxis
-from drake_racket.sweep.identity import as_text
+from drake_racket.sweep.identity import fingerprint
 from drake_racket.sweep.spec import Sweep
-from drake_racket.sweep.store import Store
+from drake_racket.sweep.store import case_rows, read_sweep
 
 if TYPE_CHECKING:
     import xarray
 
 STATUSES = ("done", "failed", "missing")
 
+OWN_VARIABLES = ("status", "failure", "scenario_hash", "sweep")
+"""What a sweep's results have beside outputs and axes."""
 
-def make_dataset(
-    sweep: Sweep, store: Store, identity: dict[str, Any], hashes: Sequence[str]
-) -> xarray.Dataset:
+
+def make_dataset(sweep: Sweep, store: StoreReader) -> xarray.Dataset:
     """What the store has, over the axes of the sweep.
 
     Returns:
@@ -50,11 +54,13 @@ def make_dataset(
     status = np.full(len(sweep), STATUSES.index("missing"), dtype=np.int8)
     failure = np.full(len(sweep), "", dtype=object)
     said: Counter[str] = Counter()
-    for row in store.rows():
+    for row in case_rows(store):
         table[row.case] = row.values
         status[row.case] = STATUSES.index("failed" if row.failure else "done")
         failure[row.case] = row.failure
         said.update(set(row.warnings))
+    identity = dict(store.header)
+    hashes = identity.pop("scenario_hashes")
     dimensions = tuple(axis.name for axis in sweep.axes)
     variables: dict[str, Any] = {
         output.name: (
@@ -75,13 +81,13 @@ def make_dataset(
     coordinates: dict[str, Any] = {}
     for axis in sweep.axes:
         coordinates |= _coordinates(axis)
-    versions = environment()
+    versions = identity["computation"]
     return xarray.Dataset(
         variables,
         coords=coordinates,
         attrs={
             "title": "Sweep of tennis racket and ball impacts",
-            "content_hash": store.content_hash(),
+            "content_hash": digest(as_text([identity, hashes]).encode()),
             "scenario": as_text(identity["base"]),
             "warnings": json.dumps(dict(sorted(said.items()))),
             "drake_racket_version": versions["drake-racket"],
@@ -114,7 +120,30 @@ def _array(values: Sequence[Any]) -> Any:
         return np.array(values)
     if all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in values):
         return np.array(values)
-    return np.array([str(x) for x in values], dtype=object)
+    return np.array([str(x) for x in values])
+
+
+def export_sweep(sweep: Sweep, directory: Path) -> xarray.Dataset:
+    """Writes the results' files of what is finished, and returns them; it runs nothing.
+
+    Another process may be running the sweep meanwhile. Whether the package or a parameter file has
+    changed since does not matter: what was computed is what is exported.
+
+    Raises:
+        InputError: the directory has no sweep, or another one.
+        StoreError, OSError: it cannot be read or written.
+
+    """
+    with closing(read_sweep(directory)) as store:
+        wanted = json.loads(as_text(fingerprint(sweep, {})))
+        for key in ("axes", "base", "outputs"):
+            found = difference(store.header[key], wanted[key], f"{key}.")
+            if found is not None:
+                name, old, new = found
+                raise InputError(f"{directory}: {name}", new, f"{old!r}, as the sweep in there")
+        dataset = make_dataset(sweep, store)
+    write_results(dataset, directory)
+    return dataset
 
 
 def flat(dataset: xarray.Dataset) -> xarray.Dataset:
@@ -138,7 +167,7 @@ def flat(dataset: xarray.Dataset) -> xarray.Dataset:
 def result_paths(directory: Path) -> list[Path]:
     """The files that `write_results` writes; Parquet if pyarrow is installed."""
     names = ["results.nc", "results.csv", "sweep.json"]
-    if find_spec("pyarrow") is not None:
+    if has_library("pyarrow"):
         names.append("results.parquet")
     return [directory / name for name in names]
 

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from drake_racket.io.fingerprint import digest, environment
+from drake_racket.io.fingerprint import as_text, code_of, computation, digest
 from drake_racket.parameters.scenario import Scenario
+from drake_racket.sweep.outputs import OUTPUTS, Output
 from drake_racket.sweep.spec import Sweep
-
-
-def as_text(tree: Any) -> str:
-    """One text for equal data: JSON, keys in order."""
-    return json.dumps(tree, sort_keys=True)
 
 
 def named_files(scenario: Scenario) -> list[str]:
@@ -66,25 +61,17 @@ def fingerprint(sweep: Sweep, files: Mapping[str, str]) -> dict[str, Any]:
         "files": {name: {"hash": files[name], "content": _content(name)} for name in sorted(files)},
         "axes": axes,
         "outputs": [output.name for output in sweep.outputs],
+        "own_outputs": {o.name: _own_code(o) for o in sweep.outputs if o.name not in OUTPUTS},
         "histories": sorted(sweep.histories),
         "history_formats": list(sweep.history_formats),
-        "environment": environment(),
+        "computation": computation(),
     }
+
+
+def _own_code(output: Output) -> list[str]:
+    """Hashes of the code that reads an output of the caller's own."""
+    return [digest(path.read_bytes()) for path in code_of(output.read)]
 
 
 def _content(name: str) -> str:
     return Path(name).read_bytes().decode("utf-8", errors="replace")
-
-
-def difference(old: Any, new: Any, key: str = "") -> tuple[str, Any, Any] | None:
-    """The first key (dotted) in which two trees of plain data differ, with both values."""
-    if isinstance(old, dict) and isinstance(new, dict):
-        for name in [*old, *(name for name in new if name not in old)]:
-            if name not in old or name not in new:
-                there = "nothing"
-                return f"{key}{name}", old.get(name, there), new.get(name, there)
-            found = difference(old[name], new[name], f"{key}{name}.")
-            if found is not None:
-                return found
-        return None
-    return None if old == new else (key.rstrip("."), old, new)

@@ -1,35 +1,43 @@
-"""The numbers of an impact that a sweep can keep, by name."""
+"""The numbers of an impact that a sweep or a rig can keep: each is defined once, here, by name."""
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drake_racket.io.errors import InputError
 from drake_racket.parameters.scenario import Scenario
+from drake_racket.results.history import after_release
 from drake_racket.results.impact import ImpactResult
-from drake_racket.rigs.cases import USUAL, Output
-from drake_racket.rigs.restitution_map import VIBRATION
+
+if TYPE_CHECKING:
+    import xarray
 
 AUDIT, HAND, LIMB = "audit", "hand", "limb"
 
 
 @dataclass(frozen=True)
-class SweepOutput(Output):
+class Output:
     """One number of an impact.
 
     Attributes:
+        read: a module's function (it travels between processes); NaN where there is no number.
         needs_history: it is read from the time history, which makes a run slower.
         needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb)
             or LIMB (support limb); without it the number is NaN.
 
     """
 
+    name: str
+    units: str
+    long_name: str
+    read: Callable[[ImpactResult], float]
     needs_history: bool = False
     needs: str = ""
 
@@ -68,14 +76,14 @@ def _warning_count(result: ImpactResult) -> float:
 
 def _single(
     name: str, units: str, text: str, *, needs_history: bool = False, needs: str = ""
-) -> SweepOutput:
+) -> Output:
     read = functools.partial(_attribute, name=name)
-    return SweepOutput(name, units, text, read, needs_history, needs)
+    return Output(name, units, text, read, needs_history, needs)
 
 
-def _vector(name: str, units: str, text: str) -> list[SweepOutput]:
+def _vector(name: str, units: str, text: str) -> list[Output]:
     return [
-        SweepOutput(
+        Output(
             f"{name}_{letter}",
             units,
             f"{text}, {letter}",
@@ -85,7 +93,7 @@ def _vector(name: str, units: str, text: str) -> list[SweepOutput]:
     ]
 
 
-def _energies() -> list[SweepOutput]:
+def _energies() -> list[Output]:
     texts = {
         "ball": ("ball's kinetic energy", AUDIT),
         "contact": ("energy in the ball's spring", AUDIT),
@@ -104,7 +112,7 @@ def _energies() -> list[SweepOutput]:
         "lost_limb": ("energy lost in the limb", LIMB),
     }
     return [
-        SweepOutput(
+        Output(
             f"energy_{name}",
             "J",
             f"{text} at the end of the run",
@@ -115,21 +123,82 @@ def _energies() -> list[SweepOutput]:
     ]
 
 
-def _plain(output: Output, *, needs_history: bool = False) -> SweepOutput:
-    return SweepOutput(output.name, output.units, output.long_name, output.read, needs_history)
+def _rebound_speed(result: ImpactResult) -> float:
+    return float(np.linalg.norm(result.rebound_velocity))
 
 
-def _all() -> list[SweepOutput]:
+def handle_ringing(history: xarray.Dataset) -> float:
+    """Root mean square (m/s^2) over time of mid-handle's acceleration along z after release.
+
+    With the racket in a hand it holds the racket's motion in the hand, too. NaN if the history ends
+    in contact.
+    """
+    rest = after_release(history)
+    time = rest["time"].to_numpy()
+    if len(time) < 2 or not time[-1] > time[0]:
+        return float("nan")
+    squared = rest["handle_acceleration"].sel(axis="z").to_numpy() ** 2
+    return float(np.sqrt(np.trapezoid(squared, time) / (time[-1] - time[0])))
+
+
+def bending_after_release(history: xarray.Dataset) -> float:
+    """Largest out-of-plane angle (rad) after release; NaN if the history ends in contact."""
+    angle = after_release(history)["out_of_plane_angle"]
+    return float(np.abs(angle).max()) if angle.size else float("nan")
+
+
+def _of_history(result: ImpactResult, *, read: Callable[[xarray.Dataset], float]) -> float:
+    assert result.history is not None
+    return read(result.history)
+
+
+RESTITUTION = Output(
+    "restitution",
+    "1",
+    "normal rebound speed over normal approach speed",
+    functools.partial(_attribute, name="apparent_restitution"),
+)
+REBOUND_SPEED = Output("rebound_speed", "m/s", "rebound speed of the ball", _rebound_speed)
+CONTACT_TIME = _single("contact_time", "s", "from first touch to last release")
+PEAK_FORCE = _single("peak_normal_force", "N", "peak normal force on the ball")
+PEAK_DEFLECTION = _single("peak_string_deflection", "m", "largest deflection of a string mass")
+USUAL = (RESTITUTION, REBOUND_SPEED, CONTACT_TIME, PEAK_FORCE, PEAK_DEFLECTION)
+
+VIBRATION = (
+    _single(
+        "peak_handle_acceleration",
+        "m/s^2",
+        "largest magnitude of the acceleration of mid-handle",
+        needs_history=True,
+    ),
+    Output(
+        "handle_ringing",
+        "m/s^2",
+        "root mean square of mid-handle's acceleration along z after release",
+        functools.partial(_of_history, read=handle_ringing),
+        needs_history=True,
+    ),
+    Output(
+        "bending_angle",
+        "rad",
+        "largest out-of-plane angle at the throat joint after release",
+        functools.partial(_of_history, read=bending_after_release),
+        needs_history=True,
+    ),
+)
+
+
+def _all() -> list[Output]:
     # without the history the three errors would be those at the end, not the largest of the run
     return [
-        *(_plain(output) for output in USUAL),
+        *USUAL,
         *_vector("rebound_velocity", "m/s", "rebound velocity of the ball"),
         _single("rebound_angle", "rad", "between rebound velocity and the strings' normal"),
         *_vector("approach_velocity", "m/s", "initial velocity of the ball"),
         _single("normal_approach_speed", "m/s", "normal approach speed at first touch"),
         _single("touch_time", "s", "time of first touch, from the start"),
         _single("touches", "1", "how often the ball touched"),
-        SweepOutput(
+        Output(
             "touched_point",
             "1",
             "string-bed point that the ball touched",
@@ -142,7 +211,7 @@ def _all() -> list[SweepOutput]:
         *_vector("racket_angular_velocity", "rad/s", "angular velocity of the racket at the end"),
         _single("peak_in_plane_angle", "rad", "largest in-plane bending at the throat"),
         _single("peak_out_of_plane_angle", "rad", "largest out-of-plane bending at the throat"),
-        *(_plain(output, needs_history=True) for output in VIBRATION),
+        *VIBRATION,
         *_energies(),
         _single(
             "energy_error",
@@ -160,7 +229,7 @@ def _all() -> list[SweepOutput]:
             needs=AUDIT,
         ),
         *(
-            SweepOutput(
+            Output(
                 f"peak_{name}",
                 units,
                 f"largest magnitude of the {text} on the hand",
@@ -175,29 +244,36 @@ def _all() -> list[SweepOutput]:
         ),
         _single("steps", "1", "steps of the integrator"),
         _single("evaluations", "1", "evaluations of the derivatives"),
-        SweepOutput("warning_count", "1", "number of warnings", _warning_count),
+        Output("warning_count", "1", "number of warnings", _warning_count),
     ]
 
 
-OUTPUTS: Mapping[str, SweepOutput] = MappingProxyType({output.name: output for output in _all()})
+OUTPUTS: Mapping[str, Output] = MappingProxyType({output.name: output for output in _all()})
 
 USUAL_OUTPUTS = tuple(output.name for output in USUAL)
 
 
-def find_outputs(names: Sequence[str], where: str) -> tuple[SweepOutput, ...]:
-    """The outputs of these names; raises InputError for an unknown or repeated one."""
-    found: list[SweepOutput] = []
-    for name in names:
-        if name not in OUTPUTS:
-            raise InputError(where, name, ", ".join(OUTPUTS))
-        if OUTPUTS[name] in found:
-            raise InputError(where, name, "each output once")
-        found.append(OUTPUTS[name])
+def find_outputs(chosen: Sequence[str | Output], where: str) -> tuple[Output, ...]:
+    """The outputs of these names, with any of the caller's own among them.
+
+    Raises:
+        InputError: an unknown name, or one that stands twice.
+
+    """
+    found: list[Output] = []
+    for output in chosen:
+        if isinstance(output, str):
+            if output not in OUTPUTS:
+                raise InputError(where, output, ", ".join(OUTPUTS))
+            output = OUTPUTS[output]
+        if output.name in {other.name for other in found}:
+            raise InputError(where, output.name, "each output once")
+        found.append(output)
     if not found:
         raise InputError(where, "no output", "at least one of " + ", ".join(OUTPUTS))
     return tuple(found)
 
 
-def read_outputs(result: ImpactResult, names: Sequence[str]) -> list[float]:
-    """The numbers of one impact, in the order of `names`."""
-    return [float(OUTPUTS[name].read(result)) for name in names]
+def read_outputs(result: ImpactResult, outputs: Sequence[Output]) -> list[float]:
+    """The numbers of one impact, in the order of `outputs`."""
+    return [float(output.read(result)) for output in outputs]

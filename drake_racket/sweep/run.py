@@ -2,62 +2,36 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-import json
-import sqlite3
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_racket.io.errors import InputError
+from drake_racket.engines.drake.engine import SimulationError
+from drake_racket.io.errors import InputError, WorkStopped
 from drake_racket.io.files import check_directory, directory_error
-from drake_racket.io.fingerprint import environment
+from drake_racket.io.interrupts import undisturbed
+from drake_racket.io.progress import Progress, Report
+from drake_racket.pool import PoolError, check_workers, leave_if_imported_again
 from drake_racket.results.formats import write_history
-from drake_racket.rigs.cases import check_workers
-from drake_racket.sweep.cases import Plan, make_plan
-from drake_racket.sweep.cluster import run_on_cluster
-from drake_racket.sweep.executors import MOST_BUILDS, run_here, run_in_processes
-from drake_racket.sweep.export import make_dataset, write_results
-from drake_racket.sweep.identity import as_text, fingerprint
+from drake_racket.sweep.cases import CasePlan, make_plan
+from drake_racket.sweep.cluster import ClusterLost, connected
+from drake_racket.sweep.export import OWN_VARIABLES, make_dataset, write_results
+from drake_racket.sweep.identity import fingerprint
+from drake_racket.sweep.runner import Outcomes, run_cases
 from drake_racket.sweep.spec import Sweep
-from drake_racket.sweep.store import Store, remove_sweep
-from drake_racket.sweep.worker import Outcome, Settings, SweepStopped, Task, failed
+from drake_racket.sweep.store import SweepStore, remove_sweep
+from drake_racket.sweep.worker import CaseOutcome, failed
 
 if TYPE_CHECKING:
     import distributed
     import xarray
 
 
-@dataclass(frozen=True)
-class Progress:
-    """How far a sweep is.
-
-    Attributes:
-        phase: `checking` or `running`.
-        done, total: cases.
-        failed: of those done.
-        before: of those done, how many an earlier run has left.
-        seconds: since this phase began.
-
-    """
-
-    phase: str
-    done: int
-    total: int
-    failed: int = 0
-    before: int = 0
-    seconds: float = 0.0
-
-    def rate(self) -> float:
-        """Cases per second of this run; 0 before the first."""
-        return (self.done - self.before) / self.seconds if self.seconds > 0.0 else 0.0
-
-    def time_left(self) -> float | None:
-        """Seconds at this rate; None before the first case."""
-        rate = self.rate()
-        return (self.total - self.done) / rate if rate > 0.0 else None
+class SweepStopped(SimulationError, WorkStopped):
+    """A sweep that cannot go on, for a reason that lies in no case."""
 
 
 def run_sweep(
@@ -67,7 +41,8 @@ def run_sweep(
     workers: int = 1,
     scheduler: str | distributed.Client | None = None,
     fresh: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    strict: bool = False,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """Runs what is missing of a sweep and returns all of it.
 
@@ -79,68 +54,114 @@ def run_sweep(
         sweep: see `make_sweep` and `load_sweep`.
         out: directory for the durable results; None keeps nothing.
         workers: processes of this machine; 1 works in this one, unless the sweep needs more than
-            `executors.MOST_BUILDS` Diagrams: then in one spawned process at a time, which is
-            replaced as it wears out.
+            `runner.MOST_BUILDS` Diagrams: then in one spawned process at a time, which is replaced
+            as it wears out.
         scheduler: of a Dask cluster, instead of own processes: its address, or a client.
         fresh: delete what `out` has of another sweep, or of this one.
-        progress: called with how far it is.
+        strict: refuse the sweep if any case is not valid, and stop with the exception of the first
+            case that fails, instead of keeping the reason in its row.
+        progress: called with how far it is: `checking`, then `running` cases.
 
     Returns:
         A Dataset; see `export.make_dataset`.
 
     Raises:
         InputError: before any case runs: the sweep is not valid, or `out` has another one.
-        SweepStopped: the Dask scheduler went away, or `out` cannot be written any more. What is
-            finished is in `out`.
-        KeyboardInterrupt: on Ctrl-C, after the results so far are written.
+        SweepStopped: processes cannot be started, the Dask scheduler went away, or `out` cannot be
+            written any more. What is finished is in `out`.
+        KeyboardInterrupt: on Ctrl-C (and SIGTERM within `io.interrupts.terminable`), after the
+            results so far are written.
 
     """
+    leave_if_imported_again()
     check_workers(workers)
     if scheduler is not None and workers != 1:
         raise InputError(
             "workers", workers, "nothing beside a scheduler, whose cluster has its own"
         )
-    report = progress or (lambda _: None)
-    start = time.monotonic()
     if out is None and sweep.histories:
         raise InputError("histories", f"{len(sweep.histories)} cases", "none without a directory")
     if out is not None:
         check_directory(out, "--out")
-    plan = make_plan(
-        sweep,
-        lambda n: report(Progress("checking", n, len(sweep), seconds=time.monotonic() - start)),
-    )
-    identity: dict[str, Any] = json.loads(as_text(fingerprint(sweep, plan.files)))
+    report = progress or (lambda _: None)
+    start = time.monotonic()
+    with contextlib.ExitStack() as stack:
+        client = None if scheduler is None else stack.enter_context(connected(scheduler))
+        plan = make_plan(
+            sweep,
+            lambda n: report(Progress("checking", n, len(sweep), seconds=time.monotonic() - start)),
+            strict=strict,
+        )
+        store = stack.enter_context(contextlib.closing(_open(sweep, plan, out, fresh)))
+        outcomes: Callable[[Sequence[int]], Outcomes] = lambda cases: run_cases(  # noqa: E731
+            sweep, plan, cases, workers=workers, client=client, strict=strict
+        )
+        try:
+            try:
+                _run_missing(sweep, plan, store, out, outcomes, report)
+            except KeyboardInterrupt:
+                with undisturbed():
+                    _results(sweep, store, out)
+                raise
+            return _results(sweep, store, out)
+        except (PoolError, ClusterLost) as error:
+            raise _stopped(str(error), sweep, out, store) from None
+        except BrokenPipeError:  # of the caller's progress
+            raise
+        except OSError as error:
+            raise _stopped(f"{out} cannot be written ({error})", sweep, out, store) from None
+
+
+def run_grid(
+    sweep: Sweep, *, title: str, workers: int = 1, progress: Report | None = None
+) -> xarray.Dataset:
+    """Runs a rig's sweep, in memory, with nothing but its outputs over its axes.
+
+    Args:
+        sweep: every case must be valid, and finish.
+        title: of the Dataset.
+        workers, progress: as for `run_sweep`; it is not called while cases are checked.
+
+    Returns:
+        A Dataset with one variable per output; the attribute `warnings` (JSON) counts what the
+        runs had to say, `scenario` is the base.
+
+    Raises:
+        InputError: a case is not valid; before any case runs.
+        SimulationError: a run could not be finished.
+
+    """
+
+    def running(now: Progress) -> None:
+        if progress is not None and now.task == "running":
+            progress(now)
+
+    dataset = run_sweep(sweep, workers=workers, strict=True, progress=running)
+    found = dataset.drop_vars([name for name in OWN_VARIABLES if name in dataset])
+    found.attrs["title"] = title
+    return found
+
+
+def _open(sweep: Sweep, plan: CasePlan, out: Path | None, fresh: bool) -> SweepStore:
+    header: dict[str, Any] = fingerprint(sweep, plan.files) | {"scenario_hashes": plan.hashes}
     try:
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
             if fresh:
                 remove_sweep(out)
-        store = Store(out, identity, plan.hashes, sweep.outputs)
+        return SweepStore(out, header, sweep.outputs)
     except OSError as error:
         raise directory_error(out or Path(), error, "--out") from None
 
-    def results() -> xarray.Dataset:
-        dataset = make_dataset(sweep, store, identity, plan.hashes)
-        if out is not None:
-            write_results(dataset, out)
-        return dataset
 
-    try:
-        try:
-            _run_missing(sweep, plan, store, out, _executor(plan, workers, scheduler), report)
-        except KeyboardInterrupt:
-            results()
-            raise
-        return results()
-    except (SweepStopped, OSError, sqlite3.Error) as error:
-        raise _stopped(error, sweep, out, store) from None
-    finally:
-        store.close()
+def _results(sweep: Sweep, store: SweepStore, out: Path | None) -> xarray.Dataset:
+    dataset = make_dataset(sweep, store)
+    if out is not None:
+        write_results(dataset, out)
+    return dataset
 
 
-def _stopped(error: Exception, sweep: Sweep, out: Path | None, store: Store) -> SweepStopped:
-    reason = str(error) if isinstance(error, SweepStopped) else f"{out} cannot be written ({error})"
+def _stopped(reason: str, sweep: Sweep, out: Path | None, store: SweepStore) -> SweepStopped:
     count = f"after {len(store.finished())} of {len(sweep)} cases"
     kept = (
         "nothing is kept" if out is None else "they are kept: the same command goes on from there"
@@ -148,28 +169,17 @@ def _stopped(error: Exception, sweep: Sweep, out: Path | None, store: Store) -> 
     return SweepStopped(f"{reason} {count}; {kept}")
 
 
-Executor = Callable[[Iterable[Task]], Generator[list[Outcome], None, None]]
-
-
-def _executor(plan: Plan, workers: int, scheduler: str | distributed.Client | None) -> Executor:
-    if scheduler is not None:
-        return lambda tasks: run_on_cluster(tasks, scheduler)
-    if workers == 1 and len(plan.builders) <= MOST_BUILDS:
-        return run_here
-    return lambda tasks: run_in_processes(tasks, workers)
-
-
 def _run_missing(
     sweep: Sweep,
-    plan: Plan,
-    store: Store,
+    plan: CasePlan,
+    store: SweepStore,
     out: Path | None,
-    execute: Executor,
-    report: Callable[[Progress], None],
+    run: Callable[[Sequence[int]], Outcomes],
+    report: Report,
 ) -> None:
-    names = tuple(output.name for output in sweep.outputs)
     finished = store.finished()
-    refused = [failed(c, names, text) for c, text in plan.invalid.items() if c not in finished]
+    count = len(sweep.outputs)
+    refused = [failed(c, count, text) for c, text in plan.invalid.items() if c not in finished]
     if refused:
         store.record(refused, plan.hashes)
         finished = store.finished()
@@ -182,28 +192,13 @@ def _run_missing(
         report(Progress("running", before + count, len(sweep), failures, before, seconds))
 
     tell(0)
-    outcomes = execute(_tasks(sweep, plan, names, missing))
-    count = 0
-    try:
-        for batch in outcomes:
-            # histories first: a row says that all of its case is there
-            batch = _with_histories(batch, sweep, out)
+    done = 0
+    with contextlib.closing(run(missing)) as outcomes:
+        for batch in _kept(outcomes, sweep, out):
             store.record(batch, plan.hashes)
-            count += len(batch)
+            done += len(batch)
             failures += sum(bool(outcome.failure) for outcome in batch)
-            tell(count)
-    finally:
-        outcomes.close()
-
-
-def _tasks(
-    sweep: Sweep, plan: Plan, names: tuple[str, ...], cases: Sequence[int]
-) -> Iterator[Task]:
-    settings = Settings(names, environment(), plan.files)
-    builders = [as_text(dataclasses.asdict(builder)) for builder in plan.builders]
-    for case in cases:
-        builder = builders[plan.group[case]]
-        yield Task(case, sweep.scenario(case), builder, settings, case in sweep.histories)
+            tell(done)
 
 
 def _is_finished(case: int, finished: dict[int, bool], sweep: Sweep, out: Path | None) -> bool:
@@ -220,17 +215,21 @@ def history_paths(case: int, sweep: Sweep, out: Path) -> list[Path]:
     return [out / "histories" / f"case_{case:06d}.{suffix}" for suffix in sweep.history_formats]
 
 
-def _with_histories(batch: Sequence[Outcome], sweep: Sweep, out: Path | None) -> list[Outcome]:
-    """Writes the batch's histories; a case whose history its format cannot hold has failed."""
-    kept = []
-    for outcome in batch:
-        try:
-            if outcome.history is not None and out is not None:
-                for path in history_paths(outcome.case, sweep, out):
-                    path.parent.mkdir(exist_ok=True)
-                    write_history(outcome.history, path)
-        except InputError as error:
-            names = tuple(output.name for output in sweep.outputs)
-            outcome = failed(outcome.case, names, f"history: {error}", outcome.seconds)
-        kept.append(outcome)
-    return kept
+def _kept(outcomes: Outcomes, sweep: Sweep, out: Path | None) -> Iterator[list[CaseOutcome]]:
+    """The batches, with their histories written: a row says that all of its case is there.
+
+    A case whose history its format cannot hold has failed.
+    """
+    for batch in outcomes:
+        kept = []
+        for outcome in batch:
+            try:
+                if outcome.data is not None and out is not None:
+                    for path in history_paths(outcome.case, sweep, out):
+                        path.parent.mkdir(exist_ok=True)
+                        write_history(outcome.data, path)
+            except InputError as error:
+                count, reason = len(sweep.outputs), f"history: {error}"
+                outcome = failed(outcome.case, count, reason, outcome.seconds)
+            kept.append(dataclasses.replace(outcome, data=None))
+        yield kept

@@ -27,10 +27,10 @@ from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.formats import check_format
 from drake_racket.sweep.axes import MOST_CASES, SweepAxis, make_axis
 from drake_racket.sweep.keys import Key, Value, with_values
-from drake_racket.sweep.outputs import OUTPUTS, USUAL_OUTPUTS, SweepOutput, find_outputs
+from drake_racket.sweep.outputs import OUTPUTS, USUAL_OUTPUTS, Output, find_outputs
 
 MAX_BYTES = 20_000_000  # rows of a large design; this stops a wrong file early
-OWN_VARIABLES = ("case", "status", "failure", "scenario_hash", "sweep")
+_TAKEN = ("case", "status", "failure", "scenario_hash", "sweep")
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Sweep:
 
     base: Scenario
     axes: tuple[SweepAxis, ...]
-    outputs: tuple[SweepOutput, ...]
+    outputs: tuple[Output, ...]
     histories: frozenset[int] = frozenset()
     history_formats: tuple[str, ...] = ("nc",)
 
@@ -124,7 +124,7 @@ def parse_sweep(text: str, where: str = "sweep", directory: Path = Path()) -> Sw
 def make_sweep(
     base: Scenario,
     axes: Any,
-    outputs: Sequence[str] = USUAL_OUTPUTS,
+    outputs: Sequence[str | Output] = USUAL_OUTPUTS,
     histories: Any = "none",
     history_formats: Sequence[str] = ("nc",),
     *,
@@ -135,7 +135,7 @@ def make_sweep(
     Args:
         base: what the axes leave alone.
         axes: dimension -> axis; see `axes`.
-        outputs: names of what is kept of every case.
+        outputs: names of what is kept of every case; in Python also an `Output` of your own.
         histories: `all`, `none`, numbers of cases, or dimension -> labels.
         history_formats: suffixes of the files they are written to.
 
@@ -147,8 +147,8 @@ def make_sweep(
     if not isinstance(axes, Mapping) or not axes:
         raise InputError(f"{where}: axes", axes, "at least one axis: a name and its values")
     made = tuple(make_axis(str(n), a, base, f"{where}: axes.{n}") for n, a in axes.items())
-    _check_axes(made, where)
-    chosen = find_outputs(_texts(outputs, f"{where}: outputs"), f"{where}: outputs")
+    chosen = find_outputs(_outputs(outputs, f"{where}: outputs"), f"{where}: outputs")
+    _check_axes(made, {output.name for output in chosen}, where)
     formats = tuple(_texts(history_formats, f"{where}: history_formats"))
     for suffix in formats:
         check_format(suffix, f"{where}: history_formats")
@@ -157,7 +157,7 @@ def make_sweep(
     return dataclasses.replace(sweep, histories=frozenset(selected))
 
 
-def _check_axes(axes: Sequence[SweepAxis], where: str) -> None:
+def _check_axes(axes: Sequence[SweepAxis], outputs: set[str], where: str) -> None:
     """Refuses names and keys that stand twice, and sweeps beyond all time."""
     names: set[str] = set()
     keys: set[str] = set()
@@ -171,12 +171,21 @@ def _check_axes(axes: Sequence[SweepAxis], where: str) -> None:
         for name in own:
             if name in names or (axis.joint and axis.name in keys):
                 raise InputError(at, name, "a name that no other axis or key has")
-            if name in OUTPUTS or name in OWN_VARIABLES or not name.isprintable() or "/" in name:
+            taken = name in OUTPUTS or name in outputs or name in _TAKEN
+            if taken or not name.isprintable() or "/" in name:
                 raise InputError(at, name, "a name that no output has, without /")
         names |= own
     count = math.prod(len(axis) for axis in axes)
     if count > MOST_CASES:
         raise InputError(f"{where}: axes", f"{count} cases", f"at most {MOST_CASES} cases")
+
+
+def _outputs(values: Any, where: str) -> list[str | Output]:
+    if not isinstance(values, (list, tuple)) or not all(
+        isinstance(x, (str, Output)) for x in values
+    ):
+        raise InputError(where, values, "a list of names")
+    return list(values)
 
 
 def _texts(values: Any, where: str) -> list[str]:

@@ -7,19 +7,20 @@ import json
 import math
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from drake_racket.cases.case import parse_scenario
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.engines.drake.engine import SimulationError
 from drake_racket.io.errors import InputError, one_line
-from drake_racket.io.fingerprint import environment
+from drake_racket.io.fingerprint import as_text, computation, difference
 from drake_racket.parameters.scenario import Scenario
+from drake_racket.results.impact import ImpactResult
 from drake_racket.simulation import simulate
-from drake_racket.sweep.identity import as_text, difference, file_hashes
-from drake_racket.sweep.outputs import OUTPUTS, read_outputs
+from drake_racket.sweep.identity import file_hashes
+from drake_racket.sweep.outputs import Output, read_outputs
 
 if TYPE_CHECKING:
     import xarray
@@ -30,56 +31,55 @@ MOST_DIAGRAMS = 8
 # a Diagram's systems have scratch memory of their own: the threads of a Dask worker take turns
 _one_at_a_time = threading.Lock()
 
-
-class SweepStopped(SimulationError):
-    """A sweep that cannot go on, for a reason that lies in no case."""
+DataReader = Callable[[ImpactResult, ImpactDiagram], "xarray.Dataset"]
+"""Makes labelled data of a run with its time history; a module's function, or one that pickles."""
 
 
 class DifferentWorker(InputError):
     """A process that would not compute what the sweep's own process computes."""
 
-    def __reduce__(self) -> Any:
-        """It travels between processes."""
-        return type(self), (self.key, self.value, self.allowed)
-
 
 @dataclass(frozen=True)
-class Settings:
+class CaseSettings:
     """What all cases of a sweep share.
 
     Attributes:
-        outputs: names of what to read.
-        environment: of the sweep's own process; see `environment`.
+        outputs: what to read.
+        computation: of the sweep's own process; see `io.fingerprint`.
         files: name -> hash of the files that cases name.
+        strict: an exception in a case ends all, and is not the case's outcome.
+        reader: gives the data of a case whose data are wanted; its time history if None.
 
     """
 
-    outputs: tuple[str, ...]
-    environment: dict[str, str]
+    outputs: tuple[Output, ...]
+    computation: dict[str, str]
     files: dict[str, str]
+    strict: bool = False
+    reader: DataReader | None = None
 
 
 @dataclass(frozen=True)
-class Task:
+class CaseTask:
     """One case to run.
 
     Attributes:
         case: its number.
         scenario: the case.
         builder: what the Diagram is built from, as JSON: the first case of the topology.
-        history: whether the time history is to be returned.
+        data: whether the case's data are to be returned.
 
     """
 
     case: int
     scenario: Scenario
     builder: str
-    settings: Settings
-    history: bool = False
+    settings: CaseSettings
+    data: bool = False
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseOutcome:
     """What one case gave.
 
     Attributes:
@@ -89,7 +89,7 @@ class Outcome:
         warnings: of the run.
         seconds: that it took.
         builds: Diagrams that the process has built so far.
-        history: if it was wanted, and the case did not fail.
+        data: if they were wanted, and the case did not fail.
 
     """
 
@@ -99,40 +99,47 @@ class Outcome:
     warnings: list[str] = field(default_factory=list)
     seconds: float = 0.0
     builds: int = 0
-    history: xarray.Dataset | None = None
+    data: xarray.Dataset | None = None
 
 
-def failed(case: int, outputs: tuple[str, ...], reason: str, seconds: float = 0.0) -> Outcome:
-    """The outcome of a case that did not finish."""
-    return Outcome(case, [math.nan] * len(outputs), one_line(reason), seconds=seconds)
+def failed(case: int, outputs: int, reason: str, seconds: float = 0.0) -> CaseOutcome:
+    """The outcome of a case that did not finish, with as many outputs."""
+    return CaseOutcome(case, [math.nan] * outputs, one_line(reason), seconds=seconds)
 
 
-def run_case(task: Task) -> Outcome:
+def run_case(task: CaseTask) -> CaseOutcome:
     """Runs one case; what goes wrong in it becomes its outcome.
 
     Raises:
         DifferentWorker: this process has other code, or other files, than the sweep's own.
+        Exception: any of the case's, if the settings are strict.
 
     """
+    settings = task.settings
     with _one_at_a_time:
-        _check_environment(as_text(task.settings.environment))
-        _check_files(task.settings.files)
+        _check_computation(as_text(settings.computation))
+        _check_files(settings.files)
         start = time.perf_counter()
-        names = task.settings.outputs
-        history = task.history or any(OUTPUTS[name].needs_history for name in names)
+        history = task.data or any(output.needs_history for output in settings.outputs)
+        data = None
         try:
-            result = simulate(task.scenario, _diagram(task.builder), history=history)
-            values = read_outputs(result, names)
+            system = _diagram(task.builder)
+            result = simulate(task.scenario, system, history=history)
+            values = read_outputs(result, settings.outputs)
+            if task.data:
+                data = settings.reader(result, system) if settings.reader else result.history
         except Exception as error:  # whatever a case does, the sweep goes on
+            if settings.strict:
+                raise
             reason = f"{type(error).__name__}: {error}"
-            return failed(task.case, names, reason, time.perf_counter() - start)
-        return Outcome(
+            return failed(task.case, len(settings.outputs), reason, time.perf_counter() - start)
+        return CaseOutcome(
             case=task.case,
             values=values,
             warnings=result.warnings,
             seconds=time.perf_counter() - start,
             builds=_diagram.cache_info().misses,
-            history=result.history if task.history else None,
+            data=data,
         )
 
 
@@ -142,8 +149,8 @@ def _diagram(builder: str) -> ImpactDiagram:
 
 
 @functools.lru_cache(maxsize=8)
-def _check_environment(expected: str) -> None:
-    found = difference(json.loads(expected), environment())
+def _check_computation(expected: str) -> None:
+    found = difference(json.loads(expected), computation())
     if found is not None:
         key, theirs, ours = found
         raise DifferentWorker(f"worker: {key}", ours, f"{theirs}, as where the sweep was started")

@@ -5,7 +5,7 @@ goes through all of it, `report` writes it down.
 """
 
 from drake_racket.validation.published import PublishedValue, load_published
-from drake_racket.validation.rows import Row, compare
+from drake_racket.validation.rows import Comparison, compare
 from drake_racket.validation.run import SECTIONS, validate
 
-__all__ = ["SECTIONS", "PublishedValue", "Row", "compare", "load_published", "validate"]
+__all__ = ["SECTIONS", "Comparison", "PublishedValue", "compare", "load_published", "validate"]

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drake_racket.io.progress import Progress, Report
 from drake_racket.parameters.racket import RACKETS, load_racket
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plots.rigs.force_plate import force_plate_figure
 from drake_racket.plots.rigs.impact_hammer import hammer_figure
 from drake_racket.plots.rigs.inertia_bench import inertia_bench_figure
 from drake_racket.plots.rigs.modes import frame_modes_figure, grip_figure, string_modes_figure
-from drake_racket.rigs.cases import Progress
 from drake_racket.rigs.force_plate.plate import make_force_plate, plate_dataset
 from drake_racket.rigs.hammer.force import half_sine
 from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS, hammer_dataset
@@ -28,7 +28,7 @@ from drake_racket.rigs.modes.frame_modes import (
 )
 from drake_racket.rigs.modes.shapes import PLANES
 from drake_racket.validation.impacts import drop_speed
-from drake_racket.validation.outcome import Outcome, Plan
+from drake_racket.validation.outcome import Plan, SectionResult
 
 if TYPE_CHECKING:
     import xarray
@@ -37,10 +37,10 @@ PLATE_STEP = IntegratorSettings(maximum_step=2e-6, error_control=False)
 """For the comparison with the closed form; force histories elsewhere need no such steps."""
 
 
-def force_plate(plan: Plan, progress: Progress) -> Outcome:
+def force_plate(plan: Plan, progress: Report) -> SectionResult:
     """The ball on a rigid plate, and a drop on a hard floor."""
     dataset = plate_dataset(plan.speeds, settings=PLATE_STEP)
-    progress(1, 2)
+    progress(Progress("", 1, 2))
     drop = make_force_plate().run(drop_speed())
     names = ("contact_time", "peak_force", "restitution", "rebound_speed", "impulse")
     differences = [abs(dataset[n] / dataset[f"{n}_closed_form"] - 1.0).max() for n in names]
@@ -62,12 +62,12 @@ def force_plate(plan: Plan, progress: Progress) -> Outcome:
         f" {float(high['restitution']):.3f} at {float(high['speed']):g} m/s.",
     ]
     figure = force_plate_figure(dataset)
-    return Outcome(
+    return SectionResult(
         values, text, {"impacts": dataset}, {"force": ("Ball on a rigid plate.", figure)}
     )
 
 
-def frame_modes(plan: Plan, progress: Progress) -> Outcome:
+def frame_modes(plan: Plan, progress: Report) -> SectionResult:
     """Fundamentals in every reading; antinodes; the labels' own contradictions."""
     table = fundamentals_table()
     values: dict[str, float] = {}
@@ -96,7 +96,7 @@ def frame_modes(plan: Plan, progress: Progress) -> Outcome:
             f"Modes of the {racket} string-bed at low tension, head held.",
             string_modes_figure(coupling, parameters),
         )
-        progress(n + 1, 3)
+        progress(Progress("", n + 1, 3))
     sweeps = [grip_sweep(racket) for racket in RACKETS]
     figures["grip"] = (
         "Frequencies of the bare frame over the stiffness of a hand-like grip.",
@@ -118,10 +118,10 @@ def frame_modes(plan: Plan, progress: Progress) -> Outcome:
         " own way, a parabola fitted to displacements along the frame, puts the antinode of a"
         " kinked shape elsewhere.",
     ]
-    return Outcome(values, text, datasets, figures)
+    return SectionResult(values, text, datasets, figures)
 
 
-def impact_hammer(plan: Plan, progress: Progress) -> Outcome:
+def impact_hammer(plan: Plan, progress: Report) -> SectionResult:
     """Frequencies read from ringing, as a user would from a measured history."""
     values: dict[str, float] = {}
     datasets: dict[str, xarray.Dataset] = {}
@@ -156,7 +156,7 @@ def impact_hammer(plan: Plan, progress: Progress) -> Outcome:
             f"Hammer test of the {racket} frame; the pulse is inferred ({pulse.title}).",
             hammer_figure(strikes, ringing, published, pulse.title),
         )
-        progress(n + 1, len(RACKETS))
+        progress(Progress("", n + 1, len(RACKETS)))
     text = [
         "The bare racket hangs freely and is struck in the middle of its handle; the acceleration"
         " opposite is analysed for 100 ms. Half way up the handle is read as half the length of the"
@@ -165,13 +165,13 @@ def impact_hammer(plan: Plan, progress: Progress) -> Outcome:
         " other reading (`python studies/impact_hammer.py --place 0.1`).",
         "\n".join(lines),
     ]
-    return Outcome(values, text, datasets, figures)
+    return SectionResult(values, text, datasets, figures)
 
 
-def inertia_bench(plan: Plan, progress: Progress) -> Outcome:
+def inertia_bench(plan: Plan, progress: Report) -> SectionResult:
     """What the simulated bench returns of the inertia that is put in."""
     dataset = inertia_dataset()
-    progress(1, 2)
+    progress(Progress("", 1, 2))
     parts = dataset.sel(part=["handle", "head"])
     values = {
         "inertia.moi": float(abs(parts["relative_error"]).max()),
@@ -195,4 +195,6 @@ def inertia_bench(plan: Plan, progress: Progress) -> Outcome:
         "\n".join(lines),
     ]
     figure = inertia_bench_figure(dataset, swing_history(RACKETS[0]))
-    return Outcome(values, text, {"bench": dataset}, {"bench": ("The simulated bench.", figure)})
+    return SectionResult(
+        values, text, {"bench": dataset}, {"bench": ("The simulated bench.", figure)}
+    )

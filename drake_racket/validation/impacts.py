@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drake_racket.cases.case import changed
+from drake_racket.io.progress import Progress, Report, part_of
 from drake_racket.laws.contact import FRICTION_READINGS
 from drake_racket.parameters.racket import RACKETS, TENSIONS, load_racket
 from drake_racket.plots.rigs.restitution import (
@@ -17,7 +18,6 @@ from drake_racket.plots.rigs.restitution import (
     restitution_over_speed,
 )
 from drake_racket.plots.rigs.static_stiffness import stiffness_figure
-from drake_racket.rigs.cases import RESTITUTION, Progress, run_grid
 from drake_racket.rigs.head_clamped import (
     ANGLE_READINGS,
     STROKES,
@@ -27,7 +27,10 @@ from drake_racket.rigs.head_clamped import (
 )
 from drake_racket.rigs.restitution_map import along_axis, axis_offsets, restitution_map
 from drake_racket.rigs.static_stiffness import mean_difference, stiffness_dataset
-from drake_racket.validation.outcome import Outcome, Plan
+from drake_racket.sweep.outputs import RESTITUTION
+from drake_racket.sweep.run import run_grid
+from drake_racket.sweep.spec import make_sweep
+from drake_racket.validation.outcome import Plan, SectionResult
 
 if TYPE_CHECKING:
     import xarray
@@ -41,7 +44,7 @@ def drop_speed() -> float:
     return math.sqrt(2.0 * STANDARD_GRAVITY * DROP_HEIGHT)
 
 
-def head_clamped(plan: Plan, progress: Progress) -> Outcome:
+def head_clamped(plan: Plan, progress: Report) -> SectionResult:
     """Normal impacts: rebound range, restitution over speed and tension."""
     dataset = normal_impacts(
         points=plan.points, speeds=plan.speeds, workers=plan.workers, progress=progress
@@ -58,11 +61,8 @@ def head_clamped(plan: Plan, progress: Progress) -> Outcome:
             values[f"{key}.falls"] = float(np.sum(np.any(steps >= 0.0, axis=1)))
         low, high = (restitution.sel(racket=racket, tension=t, point=5) for t in TENSIONS)
         values[f"clamped.{racket}.tension"] = float((high >= low).sum())
-    drops = run_grid(
-        changed(head_clamped_scenario(), speed=drop_speed(), after=0.012),
-        {"racket": RACKETS},
-        (RESTITUTION,),
-    )
+    dropped = changed(head_clamped_scenario(), speed=drop_speed(), after=0.012)
+    drops = run_grid(make_sweep(dropped, {"racket": RACKETS}, [RESTITUTION]), title="ITF's drop")
     for racket in RACKETS:
         drop = float(drops["restitution"].sel(racket=racket))
         values[f"clamped.{racket}.drop"] = drop
@@ -75,7 +75,7 @@ def head_clamped(plan: Plan, progress: Progress) -> Outcome:
         f" {100 * float(spread.max()):.1f} % of its mean. The inferred spring assignment was chosen"
         " for a small spread, so that this number is not a test of it.",
     ]
-    return Outcome(
+    return SectionResult(
         values,
         text,
         {"normal_impacts": dataset},
@@ -89,7 +89,7 @@ def head_clamped(plan: Plan, progress: Progress) -> Outcome:
     )
 
 
-def oblique(plan: Plan, progress: Progress) -> Outcome:
+def oblique(plan: Plan, progress: Report) -> SectionResult:
     """Both strokes, both readings of friction and of the angle."""
     dataset = oblique_impacts(points=plan.points, workers=plan.workers, progress=progress)
     values: dict[str, float] = {}
@@ -131,7 +131,7 @@ def oblique(plan: Plan, progress: Progress) -> Outcome:
         " range.",
     ]
     figure = oblique_figure(dataset, "tour", "low")
-    return Outcome(
+    return SectionResult(
         values,
         text,
         {"oblique_impacts": dataset},
@@ -157,7 +157,7 @@ def _slide(dataset: xarray.Dataset) -> xarray.DataArray:
     return 0.5 * (approach + dataset["tangential_velocity"]) * dataset["contact_time"]
 
 
-def moving_racket(plan: Plan, progress: Progress) -> Outcome:
+def moving_racket(plan: Plan, progress: Report) -> SectionResult:
     """Free, held and clamped racket: apparent restitution, vibration, and the grip."""
     from drake_racket.rigs.modes.shapes import head_node
 
@@ -165,14 +165,13 @@ def moving_racket(plan: Plan, progress: Progress) -> Outcome:
     offsets = axis_offsets(plan.axis_step)
     cases = 2 * len(supports) * len(plan.points)
     total = cases + 2 * len(offsets)
-
-    def count(start: int) -> Progress:
-        return lambda done, _: progress(start + done, total)
-
     points = restitution_map(
-        supports=supports, points=plan.points, workers=plan.workers, progress=count(0)
+        supports=supports,
+        points=plan.points,
+        workers=plan.workers,
+        progress=part_of(progress, 0, total),
     )
-    axis = along_axis(offsets, workers=plan.workers, progress=count(cases))
+    axis = along_axis(offsets, workers=plan.workers, progress=part_of(progress, cases, total))
     values: dict[str, float] = {}
     nodes = {}
     for racket in RACKETS:
@@ -200,7 +199,7 @@ def moving_racket(plan: Plan, progress: Progress) -> Outcome:
         f" {float(held.max()):.0f} m/s² over the points.",
     ]
     free_only = points.sel(support=["free", "grip"])
-    return Outcome(
+    return SectionResult(
         values,
         text,
         {"points": points, "along_axis": axis},
@@ -221,10 +220,10 @@ def moving_racket(plan: Plan, progress: Progress) -> Outcome:
     )
 
 
-def static_stiffness(plan: Plan, progress: Progress) -> Outcome:
+def static_stiffness(plan: Plan, progress: Report) -> SectionResult:
     """The string-bed pressed slowly: which beds match."""
     dataset = stiffness_dataset(points=plan.points, forces=plan.forces)
-    progress(1, 1)
+    progress(Progress("", 1, 1))
     difference = mean_difference(dataset)
     at = difference["difference"]
     pairs = {
@@ -247,7 +246,7 @@ def static_stiffness(plan: Plan, progress: Progress) -> Outcome:
         " when pressed hard (springs).",
     ]
     figure = stiffness_figure(dataset, difference)
-    return Outcome(
+    return SectionResult(
         values,
         text,
         {"stiffness": dataset, "difference": difference},

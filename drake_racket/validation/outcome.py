@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from drake_racket.io.progress import Report
 from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.rigs.cases import Progress
 from drake_racket.rigs.head_clamped import CANNON_SPEEDS
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SectionResult:
     """What a section computes.
 
     Attributes:
@@ -55,4 +55,4 @@ class Outcome:
     figures: dict[str, tuple[str, Any]] = field(default_factory=dict)
 
 
-Section = Callable[[Plan, Progress], Outcome]
+Section = Callable[[Plan, Report], SectionResult]

@@ -21,7 +21,7 @@ from drake_racket.parameters.quantities import sourced_fields
 from drake_racket.parameters.racket import load_racket
 from drake_racket.validation.outcome import Plan
 from drake_racket.validation.published import PublishedValue
-from drake_racket.validation.rows import AGREES, DIFFERS, NOT_COMPARABLE, Row
+from drake_racket.validation.rows import AGREES, DIFFERS, NOT_COMPARABLE, Comparison
 
 COLUMNS = (
     "key",
@@ -44,7 +44,7 @@ COLUMNS = (
 
 def write_report(
     out: Path,
-    rows: Sequence[Row],
+    rows: Sequence[Comparison],
     sections: dict[str, dict[str, Any]],
     titles: dict[str, str],
     plan: Plan,
@@ -69,7 +69,7 @@ def write_report(
     write_text(as_html(text), out / "report.html")
 
 
-def _record(row: Row) -> dict[str, Any]:
+def _record(row: Comparison) -> dict[str, Any]:
     entry = row.published
     return {
         "key": entry.key,
@@ -95,7 +95,7 @@ def _finite(value: float | None) -> float | None:
 
 
 def markdown(
-    rows: Sequence[Row],
+    rows: Sequence[Comparison],
     sections: dict[str, dict[str, Any]],
     titles: dict[str, str],
     plan: Plan,
@@ -134,7 +134,7 @@ def markdown(
     return "\n".join(lines)
 
 
-def _one_line(row: Row) -> str:
+def _one_line(row: Comparison) -> str:
     entry = row.published
     return (
         f"- {entry.quantity}: published {_published(entry)}, model"
@@ -142,7 +142,7 @@ def _one_line(row: Row) -> str:
     )
 
 
-def _table(rows: Sequence[Row]) -> list[str]:
+def _table(rows: Sequence[Comparison]) -> list[str]:
     lines = [
         "| quantity | published | source | model | difference | tolerance | verdict | why |"
         " depends on inferred |",
@@ -188,7 +188,7 @@ def _published(entry: PublishedValue) -> str:
     return _NONE
 
 
-def _difference(row: Row) -> str:
+def _difference(row: Comparison) -> str:
     entry = row.published
     if row.difference is None:
         return _NONE
@@ -199,7 +199,7 @@ def _difference(row: Row) -> str:
     return f"{row.difference:+.3g}{_SHOWN_UNITS.get(entry.unit, ' ' + entry.unit)}{share}"
 
 
-def _tolerance(row: Row) -> str:
+def _tolerance(row: Comparison) -> str:
     entry = row.published
     if row.tolerance is None:
         return _NONE
@@ -208,7 +208,7 @@ def _tolerance(row: Row) -> str:
     return f"{amount}: {entry.tolerance_reason}"
 
 
-def _inferred(rows: Sequence[Row]) -> list[str]:
+def _inferred(rows: Sequence[Comparison]) -> list[str]:
     """The inferred values that some row depends on, with what they are and why."""
     used = {key for row in rows for key in row.published.depends_on}
     known = inferred_values()

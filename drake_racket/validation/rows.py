@@ -11,7 +11,7 @@ AGREES, DIFFERS, NOT_COMPARABLE = "agrees", "differs", "not comparable"
 
 
 @dataclass(frozen=True)
-class Row:
+class Comparison:
     """A line of the report.
 
     Attributes:
@@ -36,10 +36,10 @@ class Row:
         return entry.note
 
 
-def compare(entry: PublishedValue, model: float | None) -> Row:
+def compare(entry: PublishedValue, model: float | None) -> Comparison:
     """The verdict on one number. A model value that is not finite differs from everything."""
     if entry.not_comparable:
-        return Row(entry, model, None, None, NOT_COMPARABLE)
+        return Comparison(entry, model, None, None, NOT_COMPARABLE)
     if model is None:
         raise KeyError(f"no model value for {entry.key}")
     difference = _difference(entry, model)
@@ -50,7 +50,7 @@ def compare(entry: PublishedValue, model: float | None) -> Row:
     tolerance = entry.tolerance * (abs(size) if entry.tolerance_kind == "relative" else 1.0)
     # a comparison of decimal numbers should not hang on their last bit
     agrees = math.isfinite(difference) and abs(difference) <= tolerance * (1.0 + 1e-12)
-    return Row(entry, model, difference, tolerance, AGREES if agrees else DIFFERS)
+    return Comparison(entry, model, difference, tolerance, AGREES if agrees else DIFFERS)
 
 
 def _difference(entry: PublishedValue, model: float) -> float:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from collections.abc import Callable, Sequence
-from importlib.metadata import version
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,11 @@ from drake_racket.io.files import (
     directory_error,
     write_figure,
     write_netcdf,
-    write_text,
 )
-from drake_racket.io.fingerprint import environment
-from drake_racket.io.shipped import data_directory, sdf_directory
+from drake_racket.io.fingerprint import as_text, computation, digest
+from drake_racket.io.progress import Progress, Report
+from drake_racket.pool import leave_if_imported_again
+from drake_racket.store import KeptResults
 from drake_racket.validation.frame import force_plate, frame_modes, impact_hammer, inertia_bench
 from drake_racket.validation.impacts import (
     head_clamped,
@@ -26,10 +27,10 @@ from drake_racket.validation.impacts import (
     oblique,
     static_stiffness,
 )
-from drake_racket.validation.outcome import Outcome, Plan, Section
+from drake_racket.validation.outcome import Plan, Section, SectionResult
 from drake_racket.validation.published import load_published
 from drake_racket.validation.report import write_report
-from drake_racket.validation.rows import Row, compare
+from drake_racket.validation.rows import Comparison, compare
 
 SECTIONS: dict[str, tuple[str, Section]] = {
     "force_plate": ("Ball on a force plate", force_plate),
@@ -42,8 +43,7 @@ SECTIONS: dict[str, tuple[str, Section]] = {
     "static_stiffness": ("String-bed pressed slowly", static_stiffness),
 }
 
-SectionProgress = Callable[[str, int, int], None]
-"""Called with the section's title, the number of finished steps, and of all."""
+FILE = "validation.sqlite"
 
 
 def validate(
@@ -52,8 +52,8 @@ def validate(
     only: Sequence[str] = (),
     plan: Plan | None = None,
     fresh: bool = False,
-    progress: SectionProgress | None = None,
-) -> list[Row]:
+    progress: Report | None = None,
+) -> list[Comparison]:
     """Computes the sections, compares, and writes the report to `out`.
 
     A finished section is kept in `out`; a later call with the same plan, package and versions takes
@@ -62,6 +62,7 @@ def validate(
     Args:
         only: names of sections; all if empty.
         fresh: compute every section anew.
+        progress: called with the steps of each section; `task` is its title.
 
     Returns:
         The rows of the report.
@@ -70,6 +71,7 @@ def validate(
         InputError: unknown section, or a directory that cannot be written.
 
     """
+    leave_if_imported_again()
     plan = plan or Plan()
     for name in only:
         if name not in SECTIONS:
@@ -81,17 +83,18 @@ def validate(
     try:
         for directory in (out, out / "figures", out / "data"):
             directory.mkdir(parents=True, exist_ok=True)
-        kept = {}
-        for name in names:
-            record = None if fresh else _read(out, name, mark)
-            kept[name] = record or _compute(out, name, mark, plan, progress)
+        records = {}
+        with closing(KeptResults(out / FILE, key="out", what="validation")) as store:
+            for name in names:
+                record = None if fresh else _read(store, out, name, mark)
+                records[name] = record or _compute(store, out, name, mark, plan, progress)
         rows = [
-            compare(entry, kept[entry.section]["values"].get(entry.key))
+            compare(entry, records[entry.section]["values"].get(entry.key))
             for entry in published
-            if entry.section in kept
+            if entry.section in records
         ]
         titles = {name: SECTIONS[name][0] for name in names}
-        write_report(out, rows, kept, titles, plan)
+        write_report(out, rows, records, titles, plan)
     except OSError as error:
         raise directory_error(out, error, "out") from None
     return rows
@@ -99,62 +102,45 @@ def validate(
 
 def fingerprint(plan: Plan) -> str:
     """Stands for all that decides the numbers: plan, package sources and data, versions."""
-    digest = hashlib.sha256(json.dumps(plan.settings(), sort_keys=True).encode())
-    here = Path(__file__).resolve().parent.parent
-    sources = [
-        *here.rglob("*.py"),
-        *data_directory().glob("*.yaml"),
-        *sdf_directory().glob("*.sdf"),
-    ]
-    for path in sorted(sources):
-        digest.update(path.name.encode() + path.read_bytes())
-    digest.update(json.dumps([environment(), version("scipy")], sort_keys=True).encode())
-    return digest.hexdigest()
+    return digest(as_text([plan.settings(), computation("validation")]).encode())
 
 
-def _record_path(out: Path, name: str) -> Path:
-    return out / "data" / f"{name}.json"
-
-
-def _read(out: Path, name: str, mark: str) -> dict[str, Any] | None:
-    """A finished section with the same fingerprint, if it is there whole."""
-    try:
-        record = json.loads(_record_path(out, name).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+def _read(store: KeptResults, out: Path, name: str, mark: str) -> dict[str, Any] | None:
+    """A finished section with the same fingerprint, if it and its files are there."""
+    content = store.kept(name, mark)
+    if content is None:
         return None
-    if not isinstance(record, dict) or record.get("fingerprint") != mark:
-        return None
+    record: dict[str, Any] = json.loads(content)
     files = [out / "figures" / figure["file"] for figure in record["figures"]]
     files += [out / "data" / file for file in record["datasets"]]
     return record if all(path.is_file() for path in files) else None
 
 
 def _compute(
-    out: Path, name: str, mark: str, plan: Plan, progress: SectionProgress | None
+    store: KeptResults, out: Path, name: str, mark: str, plan: Plan, progress: Report | None
 ) -> dict[str, Any]:
     title, section = SECTIONS[name]
 
-    def step(done: int, total: int) -> None:
+    def step(now: Progress) -> None:
         if progress is not None:
-            progress(title, done, total)
+            progress(replace(now, task=title))
 
-    step(0, 1)
-    outcome: Outcome = section(plan, step)
-    for key, dataset in outcome.datasets.items():
+    step(Progress(title, 0, 1))
+    found: SectionResult = section(plan, step)
+    for key, dataset in found.datasets.items():
         write_netcdf(dataset, out / "data" / f"{name}_{key}.nc")
-    for key, (_, figure) in outcome.figures.items():
+    for key, (_, figure) in found.figures.items():
         write_figure(figure, out / "figures" / f"{name}_{key}.png")
     record = {
-        "fingerprint": mark,
-        "values": outcome.values,
-        "text": outcome.text,
+        "values": found.values,
+        "text": found.text,
         "figures": [
             {"file": f"{name}_{key}.png", "caption": caption}
-            for key, (caption, _) in outcome.figures.items()
+            for key, (caption, _) in found.figures.items()
         ],
-        "datasets": [f"{name}_{key}.nc" for key in outcome.datasets],
+        "datasets": [f"{name}_{key}.nc" for key in found.datasets],
     }
     # last: its presence says that the section is whole
-    write_text(json.dumps(record, indent=1) + "\n", _record_path(out, name))
-    step(1, 1)
+    store.keep(name, mark, json.dumps(record).encode())
+    step(Progress(title, 1, 1))
     return record

@@ -24,6 +24,7 @@ from drake_racket.identify.report.string_figures import coverage_figure
 from drake_racket.identify.strings.string_bed import fit_string_bed
 from drake_racket.io.errors import one_line_errors
 from drake_racket.io.files import check_directory, write_text
+from drake_racket.io.progress import Progress
 from studies.identification_recovery import recovery
 from studies.synthetic_laboratory.laboratory import Noise, restitution_table
 
@@ -83,8 +84,8 @@ def compute(part: str, repeats: int, out: Path) -> xarray.Dataset:
             return found
     trial, truth = trial_of(part)
 
-    def progress(done: int, total: int) -> None:
-        print(f"\r{part}: {done} of {total}", end="", file=sys.stderr, flush=True)
+    def progress(now: Progress) -> None:
+        print(f"\r{part}: {now.done} of {now.total}", end="", file=sys.stderr, flush=True)
 
     unit = next((u for name, u in RMS_UNITS.items() if part.startswith(name)), "of restitution")
     options = {"title": TITLES[part], "rms_unit": unit, "progress": progress}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from drake_racket.identify.strings.angle_table import AngleTable
 from drake_racket.identify.strings.friction import fit_friction
 from drake_racket.identify.strings.restitution_table import RestitutionTable
 from drake_racket.identify.strings.string_bed import StringBedFit, fit_string_bed
+from drake_racket.io.progress import Progress, Report
 from drake_racket.io.signals import Signal
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
@@ -31,8 +32,6 @@ from studies.synthetic_laboratory.records import hammer_strikes, plate_impacts
 
 if TYPE_CHECKING:
     import xarray
-
-Progress: TypeAlias = Callable[[int, int], None] | None
 
 
 @dataclass(frozen=True)
@@ -58,14 +57,14 @@ def repeat(
     seed: int = 0,
     title: str = "",
     rms_unit: str = "1",
-    progress: Progress = None,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """Trials with independent noise.
 
     Args:
         trial: makes measurements with this generator and fits them.
         truth: true values by name.
-        progress: called with trials done and their number.
+        progress: called with the trials done.
 
     Returns:
         A Dataset over `repeat` and `parameter`: `estimate`, `lower`, `upper`, `standard_error`,
@@ -78,7 +77,7 @@ def repeat(
     for child in np.random.SeedSequence(seed).spawn(repeats):
         trials.append(trial(np.random.default_rng(child)))
         if progress is not None:
-            progress(len(trials), repeats)
+            progress(Progress("trials", len(trials), repeats))
     names = list(truth)
     units = [trials[0].found[n].unit for n in names]
 

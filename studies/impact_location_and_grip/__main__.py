@@ -4,7 +4,7 @@
 
 After King, Kentel & Mitchell (2012), J. Biomech. 45:1048-1052; the stroke is data/backhand.yaml.
 Leaves the histories (NetCDF), a table and the verdicts (CSV), and figures. Each finished run stays
-in DIR/cases: a call that was interrupted goes on where it stopped.
+in DIR/runs.sqlite: a call that was interrupted goes on where it stopped.
 """
 
 import argparse
@@ -26,6 +26,7 @@ from drake_racket.io.files import (
     write_table,
     write_text,
 )
+from drake_racket.io.progress import Progress
 from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.limbs.torques import JOINT_TORQUES
 from drake_racket.parameters.grip import GRIPS
@@ -63,14 +64,14 @@ def main() -> None:
     limb = dataclasses.replace(base.limb, joint_torques=options.joint_torques)
     base = changed(base, limb=limb, racket=options.racket, after=options.after)
 
-    def progress(done: int, cases: int) -> None:
-        print(f"{done} of {cases} runs", file=sys.stderr)
+    def progress(now: Progress) -> None:
+        print(f"{now.done} of {now.total} runs", file=sys.stderr)
 
     data = grip_and_location(
         base=base,
         grips=options.grips,
         points=options.points,
-        store=options.out / "cases",
+        store=options.out / "runs.sqlite",
         workers=options.workers,
         progress=progress,
     )
@@ -137,9 +138,6 @@ def write_verdicts(found: list[Finding], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies.impact_location_and_grip"):
-        try:
-            main()
-        except KeyboardInterrupt:
-            print("interrupted: the finished runs are kept; the same call goes on", file=sys.stderr)
-            sys.exit(130)
+    kept = "the finished runs are kept: the same call goes on"
+    with one_line_errors("studies.impact_location_and_grip", kept=kept):
+        main()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,12 +34,9 @@ LATE = 0.02
 """s after the end of the histories at which the ball of a stroke without impact comes."""
 
 
-class Case(NamedTuple):
-    """One run; `point` is None for the stroke without impact."""
-
-    grip: str
-    point: int | None
-    scenario: Scenario
+def has_impact(scenario: Scenario) -> bool:
+    """Whether a run goes on after touch; the stroke without impact ends before."""
+    return scenario.after > MARGIN
 
 
 HISTORIES: Mapping[str, tuple[tuple[str, ...], str, str]] = MappingProxyType(
@@ -76,23 +73,26 @@ NUMBERS: Mapping[str, tuple[tuple[str, ...], str, str]] = MappingProxyType(
 """Numbers of an impact: name -> (dimensions, units, text)."""
 
 
-def read_case(case: Case, result: ImpactResult, system: ImpactDiagram) -> xarray.Dataset:
+def read_run(result: ImpactResult, system: ImpactDiagram) -> xarray.Dataset:
     """Histories on a fixed grid from touch (from the start, without impact), and numbers."""
     import xarray
 
     assert result.history is not None
     full = _full_histories(result, system)
     time = result.history["time"].to_numpy()
-    hit = case.point is not None
-    end = case.scenario.after - MARGIN
+    scenario = result.scenario
+    hit = has_impact(scenario)
+    end = scenario.after - MARGIN
     if not hit:
         time = time - time[0]
-        end = case.scenario.approach_time - LATE
+        end = scenario.approach_time - LATE
     grid = STEP * np.arange(int(end / STEP * (1.0 + 1e-12)) + 1)
     touched = bool(result.history["in_contact"].to_numpy()[time <= end].any())
     if touched != hit or grid[-1] > time[-1]:
-        when = f"at {result.touch_time} s, with {case.scenario.approach_time} s asked for"
-        raise SimulationError(f"grip {case.grip}, point {case.point}: the ball touched {when}")
+        when = f"at {result.touch_time} s, with {scenario.approach_time} s asked for"
+        raise SimulationError(
+            f"grip {scenario.grip}, point {scenario.point}: the ball touched {when}"
+        )
     variables: dict[str, Any] = {}
     for name, (dimensions, units, text) in HISTORIES.items():
         values = full[name].reshape(len(time), -1)
@@ -102,7 +102,7 @@ def read_case(case: Case, result: ImpactResult, system: ImpactDiagram) -> xarray
         variables[name] = (("time", *dimensions), sampled.reshape(shape), attributes)
     if hit:
         window = (time >= 0.0) & (time <= grid[-1])
-        numbers = _numbers(case, result, system, {k: v[window] for k, v in full.items()})
+        numbers = _numbers(result, system, {k: v[window] for k, v in full.items()})
         for name, (dimensions, units, text) in NUMBERS.items():
             variables[name] = (dimensions, numbers[name], {"units": units, "long_name": text})
     coordinates = {
@@ -163,17 +163,15 @@ def racket_loads(
 
 
 def _numbers(
-    case: Case,
     result: ImpactResult,
     system: ImpactDiagram,
     full: dict[str, NDArray[np.float64]],
 ) -> dict[str, Any]:
     assert result.history is not None
     racket = system.impact.racket
-    context = system.plant.GetMyContextFromRoot(system.create_context(case.scenario))
+    context = system.plant.GetMyContextFromRoot(system.create_context(result.scenario))
     R_WR = racket.handle.EvalPoseInWorld(context).rotation().matrix()
-    assert case.point is not None
-    x, y, _ = racket.parameters.point(case.point)
+    x, y, _ = racket.parameters.point(int(result.scenario.point))
     nan = float("nan")
     return {
         "peak_flexing_load": full["racket_load"].max(axis=0),

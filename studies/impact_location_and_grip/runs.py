@@ -11,24 +11,34 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
+from contextlib import closing
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.cases.case import changed, load_scenario
-from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.cases.case import load_scenario
 from drake_racket.io.errors import InputError
-from drake_racket.io.files import write_netcdf
-from drake_racket.io.fingerprint import digest, environment
+from drake_racket.io.files import netcdf_bytes, read_netcdf
+from drake_racket.io.fingerprint import as_text, computation, digest
+from drake_racket.io.progress import Progress, Report
 from drake_racket.io.shipped import data_directory
 from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.grip import GRIPS
-from drake_racket.parameters.limb import load_upper_limb
 from drake_racket.parameters.scenario import Scenario
-from drake_racket.rigs.cases import Progress, call_in_processes, check_workers
-from drake_racket.simulation import simulate
-from studies.impact_location_and_grip.case import HISTORIES, LATE, MARGIN, STEP, Case, read_case
+from drake_racket.pool import check_workers
+from drake_racket.store import KeptResults
+from drake_racket.sweep.cases import make_plan
+from drake_racket.sweep.runner import run_cases
+from drake_racket.sweep.spec import Sweep, make_sweep
+from studies.impact_location_and_grip.case import (
+    HISTORIES,
+    LATE,
+    MARGIN,
+    STEP,
+    read_run,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -49,14 +59,14 @@ def grip_and_location(
     points: Sequence[int] = POINT_NUMBERS,
     store: Path | None = None,
     workers: int = 1,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """Runs every grip with every point, and once without impact.
 
     Args:
         base: the stroke; `backhand_scenario()` if None. Its `after` is the length of the histories.
-        store: a directory where each finished run is kept, and taken from if it was made with the
-            same scenario, parameters, package sources and versions; None keeps nothing.
+        store: a file where each finished run is kept, and taken from if it was made with the same
+            scenario, parameters, sources and versions; None keeps nothing.
         workers: processes; the result does not depend on them.
 
     Returns:
@@ -72,32 +82,34 @@ def grip_and_location(
     """
     check_workers(workers)
     base = base or backhand_scenario()
-    cases = make_cases(base, grips, points)
-    marks = [_fingerprint(case.scenario) for case in cases]
-    if store is not None:
-        store.mkdir(parents=True, exist_ok=True)
-    found = [_kept(store, mark) for mark in marks]
-    left = [i for i, data in enumerate(found) if data is None]
-
-    def finish(i: int, data: xarray.Dataset) -> None:
-        found[i] = data
-        if progress is not None:
-            progress(sum(x is not None for x in found), len(cases))
-
-    if workers == 1:
-        systems: list[ImpactDiagram] = []
-        for i in left:
-            systems = systems or [make_impact_diagram(cases[i].scenario)]
-            finish(i, run_case(cases[i], store, marks[i], systems[0]))
-    elif left:
-        calls = [(cases[i], store, marks[i]) for i in left]
-        call_in_processes(run_case, calls, workers, lambda n, data: finish(left[n], data))
-    data = {(c.grip, c.point): d for c, d in zip(cases, found, strict=True) if d is not None}
-    return _combine(base, list(grips), list(points), data)
+    sweep = make_runs(base, grips, points)
+    plan = make_plan(sweep, strict=True)
+    mark = digest(as_text(computation(Path(__file__).parent)).encode())
+    found: dict[int, xarray.Dataset] = {}
+    with closing(KeptResults(store, key="store", what="study")) as kept:
+        for case in range(len(sweep)):
+            content = kept.kept(plan.hashes[case], mark)
+            if content is not None:
+                found[case] = read_netcdf(content)
+        missing = [case for case in plan.order() if case not in found]
+        runs = run_cases(sweep, plan, missing, workers=workers, strict=True, reader=read_run)
+        with closing(runs):
+            for outcome in chain.from_iterable(runs):
+                assert outcome.data is not None
+                kept.keep(plan.hashes[outcome.case], mark, netcdf_bytes(outcome.data))
+                found[outcome.case] = outcome.data
+                if progress is not None:
+                    progress(Progress("running", len(found), len(sweep)))
+    return _combine(base, list(grips), list(points), found)
 
 
-def make_cases(base: Scenario, grips: Sequence[str], points: Sequence[int]) -> list[Case]:
-    """The runs, each checked; one Diagram serves all. Raises InputError."""
+def make_runs(base: Scenario, grips: Sequence[str], points: Sequence[int]) -> Sweep:
+    """The runs: grip by grip, first without impact, then every point. One Diagram serves all.
+
+    Raises:
+        InputError: see `grip_and_location`.
+
+    """
     if base.support != "limb" or base.limb.model != "upper_limb" or base.time_step > 0.0:
         raise InputError(
             "grip_and_location: base",
@@ -114,60 +126,25 @@ def make_cases(base: Scenario, grips: Sequence[str], points: Sequence[int]) -> l
         if allowed and not set(values) <= set(allowed):
             raise InputError(key, list(values), "1 to 9")
     end = base.approach_time + base.after + MARGIN
-    cases = []
+    rows: list[list[Any]] = []
     for grip in grips:
-        late = changed(base, grip=grip, point="5", approach_time=end + LATE, after=1e-4)
-        cases.append(Case(grip, None, late))
-        for point in points:
-            hit = changed(base, grip=grip, point=str(point), after=base.after + MARGIN)
-            cases.append(Case(grip, point, hit))
-    return cases
-
-
-def run_case(
-    case: Case, store: Path | None, mark: str, system: ImpactDiagram | None = None
-) -> xarray.Dataset:
-    """Runs one case and keeps it in `store`; a function of the module, for other processes."""
-    system = system or make_impact_diagram(case.scenario)
-    result = simulate(case.scenario, system, history=True)
-    data = read_case(case, result, system)
-    if store is not None:
-        write_netcdf(data, _path(store, mark))
-    return data
-
-
-def _path(store: Path, mark: str) -> Path:
-    return store / f"case_{mark[:24]}.nc"
-
-
-def _kept(store: Path | None, mark: str) -> xarray.Dataset | None:
-    """A run that is there whole (files are renamed into place when they are)."""
-    import xarray
-
-    if store is None or not _path(store, mark).is_file():
-        return None
-    try:
-        return xarray.load_dataset(_path(store, mark), engine="h5netcdf")
-    except (OSError, ValueError):
-        return None
-
-
-def _fingerprint(scenario: Scenario) -> str:
-    """Stands for all that decides a run's numbers."""
-    loaded = (scenario.load_racket(), scenario.load_ball(), scenario.load_grip())
-    values = [dataclasses.asdict(x) for x in (scenario, *loaded, load_upper_limb())]
-    return digest(json.dumps([*values, environment()], sort_keys=True).encode())
+        rows.append([grip, "5", end + LATE, 1e-4])
+        rows += [[grip, str(p), base.approach_time, base.after + MARGIN] for p in points]
+    keys = {"grip": {}, "point": {}, "approach_time": {"unit": "s"}, "after": {"unit": "s"}}
+    return make_sweep(base, {"run": {"keys": keys, "rows": rows}}, ["steps"], histories="all")
 
 
 def _combine(
     base: Scenario,
     grips: list[str],
     points: list[int],
-    data: dict[tuple[str, int | None], xarray.Dataset],
+    found: dict[int, xarray.Dataset],
 ) -> xarray.Dataset:
     """The cases on one time axis; the stroke without impact is shifted to the time of touch."""
     import xarray
 
+    labels = [(grip, point) for grip in grips for point in [None, *points]]
+    data = {label: found[case] for case, label in enumerate(labels)}
     first = data[grips[0], points[0]]
     time = first["time"].to_numpy()
     variables: dict[str, Any] = {}

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
-import importlib.metadata
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 
 from drake_racket import InputError, Scenario, make_impact_diagram, simulate
 from drake_racket.cases.case import changed
-from drake_racket.io.fingerprint import environment
+from drake_racket.io.progress import Progress
 from drake_racket.parameters.stroke import face_rotation
-from studies.impact_location_and_grip.case import STEP, racket_loads
+from studies.impact_location_and_grip.case import STEP, has_impact, racket_loads
 from studies.impact_location_and_grip.findings import (
     findings,
     flexion_by_impact,
@@ -28,12 +28,9 @@ from studies.impact_location_and_grip.findings import (
 )
 from studies.impact_location_and_grip.runs import (
     LONGEST,
-    _fingerprint,
-    _kept,
-    _path,
     backhand_scenario,
     grip_and_location,
-    make_cases,
+    make_runs,
 )
 
 STUDY = "studies.impact_location_and_grip"
@@ -157,46 +154,30 @@ def test_without_impact_the_stroke_goes_on_from_the_same_state(dataset):
 
 @pytest.mark.slow
 def test_finished_runs_are_taken_from_the_directory(output, dataset):
-    def unexpected(done: int, cases: int) -> None:
+    def unexpected(now: Progress) -> None:
         raise AssertionError("a run that was there")
 
-    base, store = changed(backhand_scenario(), after=AFTER), output / "cases"
-    assert len(list(store.glob("*.nc"))) == 3
+    base, store = changed(backhand_scenario(), after=AFTER), output / "runs.sqlite"
+    with closing(sqlite3.connect(store)) as database:
+        assert database.execute("SELECT count(*) FROM results").fetchone() == (3,)
     again = grip_and_location(
         base=base, grips=["tight"], points=[6], store=store, progress=unexpected
     )
     for name in ("racket_load", "joint_position", "grip_angle", "rebound_velocity"):
         assert np.array_equal(again[name].sel(point=6), dataset[name].sel(point=6))
-    # another stroke, or a spoilt file, is another run
-    marks = {_fingerprint(changed(base, speed=speed)) for speed in (15.0, 15.1)}
-    assert len(marks) == 2
-    spoilt = _path(store, marks.pop())
-    spoilt.write_bytes(b"no NetCDF")
-    assert _kept(store, spoilt.stem.removeprefix("case_")) is None
-    spoilt.unlink()
-
-
-def other_numba(name: str, real=importlib.metadata.distribution):
-    return SimpleNamespace(version="0.0") if name == "numba" else real(name)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("platform.python_version", lambda: "3.11.99"),
-        ("platform.machine", lambda: "another"),
-        ("importlib.metadata.distribution", other_numba),
-    ],
-)
-def test_a_kept_run_of_another_environment_is_not_taken(monkeypatch, name, value):
-    """What makes a sweep another one makes a run of this rig another one."""
-    environment.cache_clear()
-    here = _fingerprint(backhand_scenario())
-    environment.cache_clear()
-    monkeypatch.setattr(name, value)
-    elsewhere = _fingerprint(backhand_scenario())
-    environment.cache_clear()
-    assert here != elsewhere
+    # another stroke, or other code, is another run
+    with pytest.raises(AssertionError, match="was there"):
+        grip_and_location(
+            base=changed(base, speed=15.1),
+            grips=["tight"],
+            points=[6],
+            store=store,
+            progress=unexpected,
+        )
+    with closing(sqlite3.connect(store)) as database, database:
+        database.execute("UPDATE results SET fingerprint = '0'")
+    with pytest.raises(AssertionError, match="was there"):
+        grip_and_location(base=base, grips=["tight"], points=[6], store=store, progress=unexpected)
 
 
 @pytest.mark.slow
@@ -204,8 +185,8 @@ def test_processes_and_a_store_do_not_change_the_result(tmp_path):
     base = changed(backhand_scenario(), after=0.002, audit=False)
     chosen = {"base": base, "grips": ["loose", "tight"], "points": [4]}
     alone = grip_and_location(**chosen)
-    assert alone.identical(grip_and_location(**chosen, workers=2, store=tmp_path))
-    assert alone.identical(grip_and_location(**chosen, store=tmp_path))
+    assert alone.identical(grip_and_location(**chosen, workers=2, store=tmp_path / "runs.sqlite"))
+    assert alone.identical(grip_and_location(**chosen, store=tmp_path / "runs.sqlite"))
 
 
 @pytest.mark.slow
@@ -274,12 +255,15 @@ def test_any_points_give_their_cases_or_an_input_error(points, after):
     good = bool(points) and len(set(points)) == len(points) and set(points) <= set(range(1, 10))
     if not good:
         with pytest.raises(InputError):
-            make_cases(base, ["normal"], points)
+            make_runs(base, ["normal"], points)
         return
-    cases = make_cases(base, ["normal"], points)
-    assert [case.point for case in cases] == [None, *points]
+    runs = make_runs(base, ["normal"], points)
+    scenarios = [runs.scenario(case) for case in range(len(runs))]
+    hits = [scenario for scenario in scenarios if has_impact(scenario)]
+    assert [int(scenario.point) for scenario in hits] == points
+    assert len(scenarios) == 1 + len(points)
     # the ball of the stroke without impact comes after the end of the histories
-    assert cases[0].scenario.approach_time > base.approach_time + after
+    assert scenarios[0].approach_time > base.approach_time + after
 
 
 def synthetic(flexion: dict[str, list[float]]) -> xarray.Dataset:

@@ -5,7 +5,7 @@
 The source shows it in a figure that its text does not have. Criterion: restitution as uniform over
 the string-bed as can be, for the four published beds at once. The best of all assignments are then
 looked at with other balls and rims, at three speeds, and by other statements of the source. Takes
-several minutes; a run that was interrupted goes on where it was (`parts` in --out).
+several minutes; a run that was interrupted goes on where it was (`parts.sqlite` in --out).
 """
 
 import argparse
@@ -14,10 +14,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bars
 
 from drake_racket.io.errors import InputError, one_line_errors
 from drake_racket.io.files import check_directory, replace_file, write_figure, write_netcdf
+from drake_racket.io.progress import Progress
 from drake_racket.parameters.racket import load_racket
 from studies.spring_assignment import ranking as ranking_of
 from studies.spring_assignment.assignments import GROUPINGS, all_assignments, assignment_of
@@ -120,21 +122,22 @@ def main() -> None:
         raise InputError("--others", options.others, f"0 to {len(some) - options.best}")
     if options.seed < 0:
         raise InputError("--seed", options.seed, "0 or more")
-    parts = options.out / "parts"
+    store = options.out / "parts.sqlite"
     names = {DEFAULT.name, *options.setting}
     settings = [s for s in SETTINGS if s.name in names]
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bars:
+    with Bars(*columns, console=Console(stderr=True)) as bars:
         tasks = {}
 
-        def step(title: str, done: int, total: int) -> None:
+        def step(now: Progress) -> None:
+            title = f"{now.task}, {now.total} assignments"
             if title not in tasks:
                 tasks[title] = bars.add_task(title)
-            bars.update(tasks[title], completed=done, total=total)
+            bars.update(tasks[title], completed=now.done, total=now.total)
 
-        ranking = ranking_of.rank_all(some, parts=parts, progress=step)
+        ranking = ranking_of.rank_all(some, store=store, progress=step)
         positions = ranking_of.shortlist(ranking, options.best, options.others, options.seed)
-        varied = ranking_of.vary(ranking, positions, settings=settings, parts=parts, progress=step)
+        varied = ranking_of.vary(ranking, positions, settings=settings, store=store, progress=step)
     firm = ranking_of.firmness(varied, options.best)
     spread = ranking["spread"].to_numpy()
     bests = [n for n in (10, 50, 200) if n <= len(spread)]
@@ -169,5 +172,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies.spring_assignment"):
+    kept = "what is finished is kept: the same call goes on"
+    with one_line_errors("studies.spring_assignment", kept=kept):
         main()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Report
 from drake_racket.parameters.racket import load_racket
 from studies.spring_assignment.assignments import (
     GROUPINGS,
@@ -38,7 +39,6 @@ from studies.spring_assignment.scores import (
 if TYPE_CHECKING:
     import xarray
 
-Progress = Callable[[str, int, int], None]
 Array = NDArray[np.float64]
 
 PRINTED_RMS = {
@@ -53,15 +53,15 @@ PRINTED_RMS = {
 def rank_all(
     assignments: Sequence[SpringAssignment] | None = None,
     *,
-    parts: Path | None = None,
-    progress: Progress | None = None,
+    store: Path | None = None,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """Every assignment, with the shipped ball and rim at SPEED, best first.
 
     Args:
         assignments: those, with the shipped one among them; None: all of GROUPINGS.
-        parts: directory for unfinished work (`restitutions`).
-        progress: called with a title, the number done and the number of all.
+        store: file for unfinished work (`restitutions`).
+        progress: called with the assignments done; `task` is the setting's name.
 
     Returns:
         A Dataset over (assignment, bed, point, line, rim): `grouping`, `k`, `p`, `restitution`,
@@ -80,9 +80,7 @@ def rank_all(
     shipped = assignment_of(load_racket()).first_of_pair()
     if shipped not in assignments:
         raise InputError("assignments", f"{len(assignments)} without the shipped", shipped.label())
-    values = restitutions(assignments, parts=parts, progress=_titled(progress, "all assignments"))[
-        ..., 0
-    ]
+    values = restitutions(assignments, store=store, progress=progress)[..., 0]
     one_speed = values[..., None]
     deviation, extent = (x[..., 0] for x in spread(one_speed))
     order = np.argsort(deviation.mean(axis=1), kind="stable")
@@ -125,12 +123,6 @@ def rank_all(
     )
 
 
-def _titled(progress: Progress | None, title: str) -> Callable[[int, int], None] | None:
-    if progress is None:
-        return None
-    return lambda done, total: progress(title, done, total)
-
-
 def assignment_at(ranking: xarray.Dataset, position: int) -> SpringAssignment:
     """The assignment at a 0-based position of the ranking."""
     row = ranking.isel(assignment=position)
@@ -163,8 +155,8 @@ def vary(
     positions: Array,
     *,
     settings: Sequence[Setting] = SETTINGS,
-    parts: Path | None = None,
-    progress: Progress | None = None,
+    store: Path | None = None,
+    progress: Report | None = None,
 ) -> xarray.Dataset:
     """The assignments at `positions` under other choices of what is not printed, at SPEEDS.
 
@@ -178,8 +170,8 @@ def vary(
     assignments = [assignment_at(ranking, int(i)) for i in positions]
     found = []
     for setting in settings:
-        step = _titled(progress, setting.name)
-        found.append(restitutions(assignments, setting, SPEEDS, parts=parts, progress=step))
+        kept = restitutions(assignments, setting, SPEEDS, store=store, progress=progress)
+        found.append(kept)
     values = np.array(found)
     text = {
         "lowest_rebound": ("m/s", f"lowest rebound speed at {SPEEDS[0]:g} m/s"),

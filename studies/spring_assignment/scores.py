@@ -1,7 +1,7 @@
 """Restitution of the published beds under assignments of their springs, and what it says.
 
 Normal impacts on the clamped head at the points right of and on the long axis (1 2 4 5 7 8; 3 6 9
-mirror 1 4 7), through the batch kernel. Results are kept in parts on the disk, each named by a
+mirror 1 4 7), through the batch kernel. Results are kept in parts in a store, each named by a
 hash of all that decides it: an interrupted run goes on where it was.
 """
 
@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,17 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.engines.clamped import kernel as clamped_kernel
-from drake_racket.engines.clamped import ode as clamped_ode
 from drake_racket.engines.clamped.batch import Bed, Impacts, make_impacts, run
-from drake_racket.io.files import write_netcdf
-from drake_racket.laws import contact, strings
-from drake_racket.laws.compilation import sources_stamp
+from drake_racket.io.fingerprint import as_text, computation, digest
+from drake_racket.io.progress import Progress, Report
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.quantities import Quantity
 from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
+from drake_racket.store import KeptResults
 from studies.spring_assignment.assignments import (
     RIM,
     SpringAssignment,
@@ -118,15 +117,15 @@ def restitutions(
     setting: Setting = DEFAULT,
     speeds: Sequence[float] = (SPEED,),
     *,
-    parts: Path | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    store: Path | None = None,
+    progress: Report | None = None,
 ) -> Array:
     """Restitution of every assignment.
 
     Args:
         speeds: m/s.
-        parts: directory for the parts; None keeps nothing.
-        progress: called with the number of assignments done, and of all.
+        store: file for the parts; None keeps nothing.
+        progress: called with the assignments done; `task` is the setting's name.
 
     Returns:
         (n, 4, 6, speeds): over assignments, BEDS, SIX_POINTS and speeds.
@@ -134,11 +133,12 @@ def restitutions(
     """
     model = _Model(setting, speeds)
     found = np.empty((len(assignments), len(BEDS), len(SIX_POINTS), len(speeds)))
-    for first in range(0, len(assignments), PART):
-        some = assignments[first : first + PART]
-        found[first : first + len(some)] = _part(model, some, parts)
-        if progress is not None:
-            progress(first + len(some), len(assignments))
+    with closing(KeptResults(store, key="store", what="study")) as kept:
+        for first in range(0, len(assignments), PART):
+            some = assignments[first : first + PART]
+            found[first : first + len(some)] = _part(model, some, kept)
+            if progress is not None:
+                progress(Progress(setting.name, first + len(some), len(assignments)))
     return found
 
 
@@ -180,30 +180,22 @@ class _Model:
         return np.asarray(values.reshape(-1, *self.shape))
 
 
-def _part(model: _Model, some: Sequence[SpringAssignment], parts: Path | None) -> Array:
-    import xarray as xr
-
+def _part(model: _Model, some: Sequence[SpringAssignment], store: KeptResults) -> Array:
     beds = [model.bed(number, a) for a in some for number in range(len(BEDS))]
-    if parts is None:
-        return model.run(beds)
-    digest = hashlib.sha256(np.stack([bed.constants for bed in beds]).tobytes())
+    name = hashlib.sha256(np.stack([bed.constants for bed in beds]).tobytes())
     for array in (
         model.impacts.points,
         model.impacts.velocities,
         model.impacts.balls,
         np.array([model.impacts.ball_mass, STEP, *(bed.mass for bed in beds[: len(BEDS)])]),
-        np.array([sources_stamp(strings, contact, clamped_ode, clamped_kernel)]),
     ):
-        digest.update(array.tobytes())
-    path = parts / f"part_{digest.hexdigest()[:24]}.nc"
-    if path.exists():
-        with xr.open_dataset(path, engine="h5netcdf") as stored:
-            return np.asarray(stored["restitution"].to_numpy())
+        name.update(array.tobytes())
+    mark = digest(as_text(computation(Path(__file__).parent)).encode())
+    kept = store.kept(name.hexdigest(), mark)
+    if kept is not None:
+        return np.frombuffer(kept).reshape(-1, *model.shape)
     found = model.run(beds)
-    parts.mkdir(parents=True, exist_ok=True)
-    dimensions = ("assignment", "bed", "point", "speed")
-    text = {"units": "1", "long_name": "restitution"}
-    write_netcdf(xr.Dataset({"restitution": (dimensions, found, text)}), path)
+    store.keep(name.hexdigest(), mark, found.tobytes())
     return found
 
 

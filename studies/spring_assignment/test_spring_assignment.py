@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -184,20 +186,23 @@ def test_what_is_finished_is_not_computed_again(tmp_path, monkeypatch):
     monkeypatch.setattr(scores, "PART", 2)
     some = [SHIPPED, OTHER, OTHER.mirrored()]
     seen = []
-    parts = tmp_path / "parts"
-    first = scores.restitutions(some, parts=parts, progress=lambda *at: seen.append(at))
+    store = tmp_path / "parts.sqlite"
+    first = scores.restitutions(
+        some, store=store, progress=lambda now: seen.append((now.done, now.total))
+    )
     assert seen == [(2, 3), (3, 3)]
-    assert len(list(parts.iterdir())) == 2
     whole = scores.restitutions(some)
     assert np.array_equal(first, whole)
     calls = []
     run = scores.run
     monkeypatch.setattr(scores, "run", lambda *a, **k: calls.append(1) or run(*a, **k))
     # as if killed between the parts: the half that is there is taken from the disk
-    next(iter(sorted(parts.iterdir()))).unlink()
-    assert np.array_equal(scores.restitutions(some, parts=parts), first)
+    with closing(sqlite3.connect(store)) as database, database:
+        query = "DELETE FROM results WHERE name = (SELECT min(name) FROM results)"
+        assert database.execute(query).rowcount == 1
+    assert np.array_equal(scores.restitutions(some, store=store), first)
     assert len(calls) == 1
-    scores.restitutions(some, scores.Setting("softer", stiffness=40e3), parts=parts)
+    scores.restitutions(some, scores.Setting("softer", stiffness=40e3), store=store)
     assert len(calls) == 3
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import inspect
 import json
 import multiprocessing
 import os
 import re
+import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -35,6 +39,8 @@ from drake_racket.identify.core.result import FitResult
 from drake_racket.identify.report import figures as pictures
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_netcdf
+from drake_racket.io.progress import Progress
+from drake_racket.store import OtherComputation
 from tests.conftest import ROOT
 
 Array = NDArray[np.float64]
@@ -523,7 +529,7 @@ def test_progress_goes_from_nothing_to_one_and_the_rms_never_rises() -> None:
         lambda show: anneal(decay(), starts=2, max_evaluations=50, polish=True, progress=show),
     ):
         seen: list[tuple[float, float]] = []
-        result = run(lambda done, rms, seen=seen: seen.append((done, rms)))
+        result = run(lambda now, seen=seen: seen.append((now.done / now.total, now.rms)))
         done, rms = np.array(seen).T
         assert (np.diff(done) >= 0.0).all()
         assert done[0] < 0.1
@@ -628,8 +634,8 @@ def test_workers_end_with_their_killed_parent_and_the_fit_is_resumed(tmp_path: P
 
 
 def test_interrupted_run_keeps_its_journal(tmp_path: Path) -> None:
-    def stop(done: float, rms: float) -> None:
-        if done > 0.1:
+    def stop(now: Progress) -> None:
+        if now.done > 0.1:
             raise KeyboardInterrupt
 
     tally = tmp_path / "tally"
@@ -650,29 +656,75 @@ def test_larger_budget_continues_an_annealing_run(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, FitResult]:
-    """A journal's bytes and the result it belongs to."""
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, FitResult]:
+    """A finished fit's journal and its result."""
     directory = tmp_path_factory.mktemp("finished")
     result = fit(decay(), starts=1, journal=directory)
-    return (directory / "start_00.journal").read_bytes(), result
+    return directory / "start_00.sqlite", result
+
+
+def records(path: Path) -> list[tuple[int, bytes, bytes, int]]:
+    """What is in a journal."""
+    with contextlib.closing(sqlite3.connect(path)) as database:
+        return database.execute("SELECT * FROM evaluations ORDER BY number").fetchall()
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_damaged_journal_costs_evaluations_but_no_accuracy(
-    finished: tuple[bytes, FitResult], tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+    finished: tuple[Path, FitResult], tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
     whole, result = finished
-    directory = tmp_path_factory.mktemp("damaged")
-    header = whole.index(b"\n") + 1
-    if data.draw(st.booleans(), label="cut"):
-        damaged = whole[: data.draw(st.integers(0, len(whole)), label="length")]
-    else:
-        at = data.draw(st.integers(header, len(whole) - 1), label="byte")
-        damaged = whole[:at] + bytes([whole[at] ^ 0x41]) + whole[at + 1 :]
-    (directory / "start_00.journal").write_bytes(damaged)
-    assert same(fit(decay(), starts=1, journal=directory), result)
-    assert (directory / "start_00.journal").read_bytes() == whole
+    damaged = tmp_path_factory.mktemp("damaged") / whole.name
+    shutil.copy(whole, damaged)
+    count = len(records(whole))
+    at = data.draw(st.integers(0, count - 1), label="record")
+    with contextlib.closing(sqlite3.connect(damaged)) as database, database:
+        if data.draw(st.booleans(), label="cut"):
+            database.execute("DELETE FROM evaluations WHERE number = ?", (at,))
+        else:
+            column = data.draw(st.sampled_from(["point", '"values"']), label="column")
+            query = f"SELECT {column} FROM evaluations WHERE number = ?"
+            ((content,),) = database.execute(query, (at,))
+            byte = data.draw(st.integers(0, len(content) - 1), label="byte")
+            spoilt = content[:byte] + bytes([content[byte] ^ 0x41]) + content[byte + 1 :]
+            change = f"UPDATE evaluations SET {column} = ? WHERE number = ?"
+            database.execute(change, (spoilt, at))
+    assert same(fit(decay(), starts=1, journal=damaged.parent), result)
+    assert records(damaged) == records(whole)
+
+
+def test_a_log_that_a_power_cut_has_cut_costs_evaluations_but_no_accuracy(tmp_path: Path) -> None:
+    """The write-ahead log ends anywhere: what is whole before that counts."""
+    copy = tmp_path / "copy"
+    path = tmp_path / "start_00.sqlite"
+
+    def keep(now: Progress) -> None:
+        if now.done == 1.0:  # the log is in the file, and gone
+            return
+        copy.mkdir(exist_ok=True)
+        for file in tmp_path.glob("start_00.sqlite*"):
+            shutil.copy(file, copy)
+
+    result = fit(decay(), starts=1, journal=tmp_path, progress=keep)
+    whole = records(path)
+    log = (copy / "start_00.sqlite-wal").read_bytes()
+    for share in (0.0, 0.3, 0.6, 0.99):
+        cut = tmp_path / f"cut_{share}"
+        shutil.copytree(copy, cut)
+        (cut / "start_00.sqlite-wal").write_bytes(log[: int(share * len(log))])
+        assert same(fit(decay(), starts=1, journal=cut), result)
+        assert records(cut / path.name) == whole
+
+
+def test_a_journal_that_is_no_whole_file_is_refused_in_one_line(
+    finished: tuple[Path, FitResult], tmp_path: Path
+) -> None:
+    content = finished[0].read_bytes()
+    (tmp_path / "start_00.sqlite").write_bytes(content[: 2 * 4096])
+    with pytest.raises(InputError, match="journal") as caught:
+        fit(decay(), starts=1, journal=tmp_path)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -680,7 +732,7 @@ def test_damaged_journal_costs_evaluations_but_no_accuracy(
     [
         (lambda path: fit(decay(2), starts=1, journal=path), "problem"),
         (lambda path: fit(decay(sigma=np.ones(40)), starts=1, journal=path), "sigma"),
-        (lambda path: fit(decay(), starts=1, tolerance=1e-8, journal=path), "settings"),
+        (lambda path: fit(decay(), starts=1, tolerance=1e-8, journal=path), "settings.tolerance"),
         (lambda path: fit(changed_bounds(), starts=1, journal=path), "parameters"),
     ],
     ids=["data", "sigma", "tolerance", "bounds"],
@@ -689,11 +741,57 @@ def test_another_fits_journal_is_refused(
     again: Callable[[Path], FitResult], key: str, tmp_path: Path
 ) -> None:
     fit(decay(), starts=1, journal=tmp_path)
-    before = (tmp_path / "start_00.journal").read_bytes()
-    with pytest.raises(InputError, match=f"another {key}") as caught:
+    before = (tmp_path / "start_00.sqlite").read_bytes()
+    with pytest.raises(OtherComputation, match=rf"{tmp_path}: {key}: got") as caught:
         again(tmp_path)
     assert "\n" not in str(caught.value)
-    assert (tmp_path / "start_00.journal").read_bytes() == before
+    assert (tmp_path / "start_00.sqlite").read_bytes() == before
+
+
+PROBLEM = """{top}
+Array = np.ndarray
+from drake_racket.identify.core.problem import Parameter
+TRUE = np.array([5.0, 1.3, 0.5])
+
+{made}
+"""
+
+LAW_SCRIPT = """
+from pathlib import Path
+from drake_racket.identify.core.least_squares import fit
+from drake_racket.io.fingerprint import computation
+from drake_racket.store import OtherComputation
+from problem import decay
+
+for changed in (
+    "drake_racket/cli/console.py", "script.py", "drake_racket/laws/contact.py", "problem.py"
+):
+    file = Path(changed)
+    before = file.read_text()
+    file.write_text(before + "# another")
+    computation.cache_clear()
+    try:
+        fit(decay(), starts=1, journal=Path("journal"))
+    except OtherComputation as error:
+        print(changed, error.key)
+    file.write_text(before)
+"""
+
+
+def test_a_journal_of_another_law_is_refused(tmp_path: Path) -> None:
+    """Whatever the package's version says: a law's source, and the problem's own, count."""
+    for name in ("drake_racket", "sdf"):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    made = inspect.getsource(Decay) + "\n" + inspect.getsource(decay)
+    top = Path(__file__).read_text().split("\nfrom drake_racket", 1)[0]
+    (tmp_path / "problem.py").write_text(PROBLEM.format(top=top, made=made))
+    (tmp_path / "script.py").write_text(LAW_SCRIPT)
+    command = [sys.executable, "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    # the command line and a script around the fit decide no number
+    refused = [line.split(maxsplit=1) for line in done.stdout.splitlines()]
+    assert [changed for changed, _ in refused] == ["drake_racket/laws/contact.py", "problem.py"]
+    assert all(key.endswith("computation.source") for _, key in refused)
 
 
 def changed_bounds() -> Decay:
@@ -703,9 +801,9 @@ def changed_bounds() -> Decay:
 
 
 def test_files_that_are_no_journal_are_refused_and_kept(tmp_path: Path) -> None:
-    file = tmp_path / "start_00.journal"
+    file = tmp_path / "start_00.sqlite"
     file.write_text("my notes\n")
-    with pytest.raises(InputError, match="this is none"):
+    with pytest.raises(InputError, match="a file that a fit can be kept in"):
         fit(decay(), starts=1, journal=tmp_path)
     assert file.read_text() == "my notes\n"
     with pytest.raises(InputError, match="a directory"):
@@ -715,7 +813,7 @@ def test_files_that_are_no_journal_are_refused_and_kept(tmp_path: Path) -> None:
 
 
 def test_journal_of_other_values_in_another_order_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.journal"
+    path = tmp_path / "a.sqlite"
     with Journal(path, {"a": 1}) as journal:
         journal.value("residuals", np.array([1.0]), lambda: np.array([2.0]))
     with (
@@ -727,8 +825,8 @@ def test_journal_of_other_values_in_another_order_is_refused(tmp_path: Path) -> 
 
 def test_journal_in_use_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(journal_module, "_LOCK_PATIENCE", 0.05)
-    path = tmp_path / "a.journal"
-    with Journal(path, {}), pytest.raises(InputError, match="no other run"):
+    path = tmp_path / "a.sqlite"
+    with Journal(path, {}), pytest.raises(InputError, match="no other fit"):
         Journal(path, {})
     Journal(path, {}).close()
 
@@ -831,7 +929,7 @@ def test_result_as_data_and_text() -> None:
     content = json.loads(result.to_json())
     assert content["parameters"][1]["estimate"] == result.values["b"]
     assert content["convergence"][0]["history"][-1][1] == content["rms"]
-    assert set(content["versions"]) == {"drake", "drake-racket", "numpy", "scipy"}
+    assert set(content["versions"]) == {"drake", "drake-racket", "numpy", "numba", "scipy"}
 
 
 def test_result_with_open_intervals_is_valid_json_and_a_file(tmp_path: Path) -> None:

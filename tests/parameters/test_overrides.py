@@ -26,7 +26,8 @@ from drake_racket.parameters.quantities import sourced_fields
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS, racket_properties
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
-from drake_racket.rigs.cases import REBOUND_SPEED, run_grid
+from drake_racket.sweep import make_sweep, run_grid
+from drake_racket.sweep.outputs import REBOUND_SPEED
 from tests.conftest import BED, clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 
@@ -260,11 +261,13 @@ def test_a_changed_ball_and_bed_against_the_clamped_oracle():
 
 
 def test_a_grid_over_a_mass_is_labelled_and_differs():
-    axis = {f"{m}": {"overrides": {"racket.head.mass": m}} for m in (0.15, 0.17)}
-    grid = run_grid(dataclasses.replace(BASE, audit=False), {"head": axis}, (REBOUND_SPEED,))
-    for name, changes in axis.items():
-        expected = simulate(changed(BASE, audit=False, **changes), history=False)
-        speed = float(grid["rebound_speed"].sel(head=name))
+    axis = {"key": "racket.head.mass", "values": [0.15, 0.17], "unit": "kg"}
+    sweep = make_sweep(dataclasses.replace(BASE, audit=False), {"head": axis}, [REBOUND_SPEED])
+    grid = run_grid(sweep, title="")
+    for mass in axis["values"]:
+        overrides = {"racket.head.mass": mass}
+        expected = simulate(changed(BASE, audit=False, overrides=overrides), history=False)
+        speed = float(grid["rebound_speed"].sel(head=mass))
         assert speed == np.linalg.norm(expected.rebound_velocity)
 
 

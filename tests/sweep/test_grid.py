@@ -1,4 +1,4 @@
-"""The grid runner that the impact rigs share: labels, order, processes, bad input."""
+"""The runner that the impact rigs share: labels, order, processes, bad input, failures."""
 
 from __future__ import annotations
 
@@ -7,20 +7,31 @@ import json
 import numpy as np
 import pytest
 
-from drake_racket import InputError, Scenario, simulate
-from drake_racket.rigs.cases import REBOUND_SPEED, RESTITUTION, run_grid
+from drake_racket import ImpactResult, InputError, Scenario, SimulationError, simulate
+from drake_racket.io.progress import Progress
+from drake_racket.sweep import Output, make_sweep, run_grid
+from drake_racket.sweep.outputs import REBOUND_SPEED, RESTITUTION, USUAL
 from tests.conftest import clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 
 BASE = Scenario(support="clamped_head", audit=False, approach_time=1e-4, after=0.008)
 
 
+def run(axes, outputs=USUAL, **options):
+    return run_grid(make_sweep(BASE, axes, outputs), title="a rig", **options)
+
+
 def test_every_value_stands_at_its_labels():
-    dataset = run_grid(
-        BASE,
-        {"tension": ["high", "low"], "racket": ["recreational"], "point": [8, 1], "speed": [20.0]},
+    dataset = run(
+        {
+            "tension": ["high", "low"],
+            "racket": ["recreational"],
+            "point": [8, 1],
+            "speed": {"values": [20.0], "unit": "m/s"},
+        },
         (RESTITUTION, REBOUND_SPEED),
     )
+    assert list(dataset.data_vars) == ["restitution", "rebound_speed"]
     assert dataset["restitution"].dims == ("tension", "racket", "point", "speed")
     for tension in ("low", "high"):
         for point in (1, 8):
@@ -30,31 +41,62 @@ def test_every_value_stands_at_its_labels():
             assert float(at["restitution"]) == pytest.approx(expected / 20.0, abs=1e-6)
     assert dataset["speed"].attrs["units"] == "m/s"
     assert json.loads(dataset.attrs["scenario"])["support"] == "clamped_head"
+    assert dataset.attrs["title"] == "a rig"
 
 
 def test_a_labelled_axis_stands_for_several_changes():
-    axes = {"case": {"slow": {"speed": 18.0, "point": "5"}, "edge": {"speed": 25.0, "point": 4}}}
-    dataset = run_grid(BASE, axes, (REBOUND_SPEED,))
+    axis = {
+        "keys": {"speed": {"unit": "m/s"}, "point": {}},
+        "rows": [[18.0, "5"], [25.0, 4]],
+        "labels": ["slow", "edge"],
+    }
+    dataset = run({"shot": axis}, (REBOUND_SPEED,))
     expected = simulate(Scenario(**(vars(BASE) | {"speed": 25.0, "point": "4"})), history=False)
-    assert list(dataset["case"].values) == ["slow", "edge"]
-    found = float(dataset["rebound_speed"].sel(case="edge"))
+    assert list(dataset["shot"].values) == ["slow", "edge"]
+    found = float(dataset["rebound_speed"].sel(shot="edge"))
     assert found == np.linalg.norm(expected.rebound_velocity)
+
+
+def twice(result: ImpactResult) -> float:
+    """An output of a rig's own."""
+    return 2.0 * float(np.linalg.norm(result.rebound_velocity))
+
+
+def fails(result: ImpactResult) -> float:
+    """An output that stands for a run that cannot be finished."""
+    raise SimulationError("stopped at t = 0.001 s")
+
+
+TWICE = Output("twice", "m/s", "twice the rebound speed", twice)
+FAILS = Output("fails", "1", "what no run gives", fails)
 
 
 def test_processes_change_nothing():
     axes = {"tension": ["low", "high"], "point": [2, 5, 9]}
-    seen: list[tuple[int, int]] = []
-    alone = run_grid(BASE, axes)
-    shared = run_grid(BASE, axes, workers=2, progress=lambda done, all_: seen.append((done, all_)))
+    outputs = (*USUAL, TWICE)
+    seen: list[Progress] = []
+    alone = run(axes, outputs)
+    shared = run(axes, outputs, workers=2, progress=seen.append)
     assert alone.identical(shared)
-    assert seen[-1] == (6, 6)
-    assert [done for done, _ in seen] == sorted({done for done, _ in seen})
+    assert (seen[-1].done, seen[-1].total) == (6, 6)
+    assert [now.done for now in seen] == sorted({now.done for now in seen})
+    assert np.array_equal(alone["twice"], 2.0 * alone["rebound_speed"])
 
 
-def test_warnings_are_kept_once():
-    dataset = run_grid(BASE, {"speed": [8.0, 25.0], "point": [5, 4]}, (RESTITUTION,))
-    (warning,) = json.loads(dataset.attrs["warnings"])
+def test_warnings_are_counted():
+    axes = {"speed": {"values": [8.0, 25.0], "unit": "m/s"}, "point": [5, 4]}
+    said = json.loads(run(axes, (RESTITUTION,)).attrs["warnings"])
+    ((warning, count),) = said.items()
     assert "outside the identified" in warning
+    assert count == 2
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_run_that_fails_ends_the_rest_with_its_own_exception(workers):
+    done: list[float] = []
+    with pytest.raises(SimulationError, match=r"^stopped at t = 0\.001 s$"):
+        run({"point": [5, 2]}, (FAILS,), workers=workers, progress=lambda p: done.append(p.done))
+    assert done == [0]
 
 
 @pytest.mark.parametrize(
@@ -63,16 +105,26 @@ def test_warnings_are_kept_once():
         ({"point": []}, "empty axis"),
         ({"point": [5, 10]}, "got '10'"),
         ({"point": [5, 5]}, "each value once"),
-        ({"speed": [20.0, float("nan")]}, "finite number"),
-        ({"pointt": [5]}, "unknown key"),
-        ({"tension": ["middle"]}, "tension"),
-        ({"case": {"a": {"sped": 3.0}}}, "sped"),
+        ({"speed": {"values": [20.0, float("nan")], "unit": "m/s"}}, "finite number"),
+        ({"pointt": [5]}, "got 'pointt'"),
+        ({"tension": ["middle", "low"]}, "tension"),
+        ({"a": {"keys": {"sped": {}}, "rows": [[3.0]]}}, "sped"),
+        # good one by one, and not together: a rig has no cases that do not count
+        (
+            {
+                "aim": {
+                    "keys": {"offset_x": {"unit": "m"}, "offset_y": {"unit": "m"}},
+                    "rows": [[0.0, 0.0], [0.16, 0.12]],
+                }
+            },
+            "rim",
+        ),
     ],
 )
 def test_a_bad_axis_is_refused_before_any_case_runs(axes, said):
-    done: list[int] = []
+    done: list[Progress] = []
     with pytest.raises(InputError, match=said) as error:
-        run_grid(BASE, axes, progress=lambda n, _: done.append(n))
+        run(axes, progress=done.append)
     assert "\n" not in str(error.value)
     assert not done
 
@@ -80,4 +132,4 @@ def test_a_bad_axis_is_refused_before_any_case_runs(axes, said):
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True, 1000])
 def test_bad_workers_are_refused(workers):
     with pytest.raises(InputError, match="workers"):
-        run_grid(BASE, {"point": [5]}, workers=workers)
+        run({"point": [5]}, workers=workers)

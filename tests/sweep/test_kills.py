@@ -18,11 +18,12 @@ from pathlib import Path
 import pytest
 
 from drake_racket import Scenario
-from drake_racket.io.fingerprint import environment
+from drake_racket.io.fingerprint import as_text, computation
+from drake_racket.pool import MOST_DEATHS
 from drake_racket.sweep import SweepStopped, make_sweep, run_sweep
-from drake_racket.sweep.executors import MOST_DEATHS, run_in_processes
-from drake_racket.sweep.identity import as_text
-from drake_racket.sweep.worker import Outcome, Settings, Task
+from drake_racket.sweep.outputs import find_outputs
+from drake_racket.sweep.runner import _run_in_pool
+from drake_racket.sweep.worker import CaseOutcome, CaseSettings, CaseTask
 
 pytestmark = pytest.mark.slow
 
@@ -133,7 +134,7 @@ def test_workers_killed_three_times(sweep, reference, tmp_path):
     killer.start()
 
     def progress(now) -> None:
-        if now.phase == "running":
+        if now.task == "running":
             done[0] = now.done - now.before
 
     dataset = run_sweep(sweep, tmp_path, workers=2, progress=progress)
@@ -174,33 +175,21 @@ def test_dask_scheduler_killed_twice_and_a_worker_once(sweep, reference, tmp_pat
     assert run_sweep(sweep, out).identical(reference[1])
 
 
-def die_or_live(task: Task) -> Outcome:
+def die_or_live(task: CaseTask) -> CaseOutcome:
     """Stands for run_case: case 2 is the end of its process."""
     if task.case == 2:
         os.kill(os.getpid(), signal.SIGKILL)
-    return Outcome(task.case, [float(task.case)])
+    return CaseOutcome(task.case, [float(task.case)])
 
 
 def test_a_case_that_kills_its_process_becomes_a_failed_row(monkeypatch):
-    monkeypatch.setattr("drake_racket.sweep.executors.run_case", die_or_live)
-    settings = Settings(("kb",), environment(), {})
-    tasks = [Task(case, BASE, as_text({}), settings) for case in range(6)]
-    found = {o.case: o for batch in run_in_processes(tasks, 1) for o in batch}
+    monkeypatch.setattr("drake_racket.sweep.runner.run_case", die_or_live)
+    settings = CaseSettings(find_outputs(["kb"], "outputs"), computation(), {})
+    tasks = [CaseTask(case, BASE, as_text({}), settings) for case in range(6)]
+    found = {o.case: o for batch in _run_in_pool(tasks, 1, strict=False) for o in batch}
     assert sorted(found) == list(range(6))
     assert [case for case, o in found.items() if o.failure] == [2]
     assert f"process died {MOST_DEATHS} times" in found[2].failure
-
-
-def die() -> None:
-    """Stands for what a process does first."""
-    os._exit(1)
-
-
-def test_processes_that_cannot_start_cost_no_case(monkeypatch):
-    monkeypatch.setattr("drake_racket.sweep.executors._end_with_parent", die)
-    task = Task(0, BASE, as_text({}), Settings(("kb",), environment(), {}))
-    with pytest.raises(SweepStopped, match=r"die as they start"):
-        list(run_in_processes([task], 1))
 
 
 def wait_for(condition, seconds: float = 300.0) -> None:

@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 from drake_racket import InputError, IntegratorSettings, Scenario, SimulationError, simulate
 from drake_racket.cli.sweep import sweep as sweep_command
 from drake_racket.io.files import replace_file
-from drake_racket.io.fingerprint import environment
+from drake_racket.io.fingerprint import computation, difference
 from drake_racket.sweep import (
     OUTPUTS,
     Progress,
@@ -33,9 +33,9 @@ from drake_racket.sweep import (
     run_sweep,
 )
 from drake_racket.sweep.cases import make_plan
-from drake_racket.sweep.identity import difference
 from drake_racket.sweep.keys import NUMBER, scenario_keys
-from drake_racket.sweep.worker import DifferentWorker, Settings, Task, run_case
+from drake_racket.sweep.outputs import find_outputs
+from drake_racket.sweep.worker import CaseSettings, CaseTask, DifferentWorker, run_case
 from tests.conftest import ROOT, clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 
@@ -115,14 +115,15 @@ def test_a_run_that_fails_is_a_row_and_the_sweep_goes_on(monkeypatch):
 def test_a_worker_with_other_code_or_files_is_refused(tmp_path):
     ball = tmp_path / "ball.yaml"
     ball.write_text("mass: 1")
-    other = Settings(("kb",), environment() | {"drake": "1.0"}, {})
+    kb = find_outputs(["kb"], "outputs")
+    other = CaseSettings(kb, computation() | {"drake": "1.0"}, {})
     with pytest.raises(DifferentWorker, match=r"worker: drake: .* allowed: 1\.0") as error:
-        run_case(Task(0, BASE, "", other))
+        run_case(CaseTask(0, BASE, "", other))
     travelled = pickle.loads(pickle.dumps(error.value))
     assert str(travelled) == str(error.value)
-    changed = Settings(("kb",), environment(), {str(ball): "another hash"})
+    changed = CaseSettings(kb, computation(), {str(ball): "another hash"})
     with pytest.raises(DifferentWorker, match=r"ball\.yaml.*content it had at the start"):
-        run_case(Task(0, BASE, "", changed))
+        run_case(CaseTask(0, BASE, "", changed))
 
 
 def test_every_output_is_of_the_impact():
@@ -194,7 +195,7 @@ def test_files_are_readable_without_the_package(ran):
     with xarray.open_dataset(out / "results.nc") as stored:
         assert stored.load().identical(dataset)
     facts = json.loads((out / "sweep.json").read_text())
-    assert facts["environment"]["drake-racket"] == dataset.attrs["drake_racket_version"]
+    assert facts["computation"]["drake-racket"] == dataset.attrs["drake_racket_version"]
     assert facts["base"]["support"] == "clamped_head"
     assert facts["content_hash"] == dataset.attrs["content_hash"]
     header, *lines = (out / "results.csv").read_text().splitlines()
@@ -276,7 +277,7 @@ def test_one_process_at_a_time(ran):
 
 def test_a_file_that_is_no_store_is_refused(tmp_path):
     (tmp_path / "sweep.sqlite").write_text("this is no database, but a longer text than its header")
-    with pytest.raises(InputError, match="a directory with a sweep's file") as error:
+    with pytest.raises(InputError, match="a file that a sweep can be kept in") as error:
         run_sweep(make_sweep(BASE, {"point": [5]}), tmp_path)
     assert "\n" not in str(error.value)
 
@@ -525,11 +526,11 @@ def test_the_command_says_what_it_does_and_quiet_says_nothing(tmp_path):
 
 
 def test_ctrl_c_leaves_what_is_finished(tmp_path, monkeypatch):
-    import drake_racket.sweep.executors as executors
+    import drake_racket.sweep.runner as runner
 
     file = tmp_path / "sweep.yaml"
     file.write_text(YAML)
-    run_case, calls = executors.run_case, []
+    run_case, calls = runner.run_case, []
 
     def interrupted(task):
         calls.append(task.case)
@@ -537,7 +538,7 @@ def test_ctrl_c_leaves_what_is_finished(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return run_case(task)
 
-    monkeypatch.setattr(executors, "run_case", interrupted)
+    monkeypatch.setattr(runner, "run_case", interrupted)
     result = CliRunner().invoke(_command(), [str(file), "--out", str(tmp_path / "out")])
     assert result.exit_code == 130
     (line,) = [x for x in result.stderr.splitlines() if "interrupted" in x]
@@ -549,11 +550,11 @@ def test_ctrl_c_leaves_what_is_finished(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("interrupted", [False, True])
 def test_results_that_cannot_be_written_stop_the_sweep(tmp_path, monkeypatch, interrupted):
-    import drake_racket.sweep.executors as executors
+    import drake_racket.sweep.runner as runner
 
     sweep = make_sweep(BASE, {"point": [5, 2]}, ["kb"])
     (tmp_path / "results.nc").mkdir()
-    run_case = executors.run_case
+    run_case = runner.run_case
 
     def interrupt(task):
         if task.case == 1:
@@ -562,7 +563,7 @@ def test_results_that_cannot_be_written_stop_the_sweep(tmp_path, monkeypatch, in
 
     with monkeypatch.context() as patch:
         if interrupted:
-            patch.setattr(executors, "run_case", interrupt)
+            patch.setattr(runner, "run_case", interrupt)
         with pytest.raises(SweepStopped, match=r"cannot be written .* goes on from there") as error:
             run_sweep(sweep, tmp_path)
     assert "\n" not in str(error.value)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import dataclasses
 import json
 import math
+import sqlite3
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -20,7 +22,7 @@ from drake_racket.rigs.modes.frame_modes import published_antinodes, published_f
 from drake_racket.validation import SECTIONS, PublishedValue, compare, load_published, validate
 from drake_racket.validation.outcome import Plan
 from drake_racket.validation.report import inferred_values
-from drake_racket.validation.run import fingerprint
+from drake_racket.validation.run import FILE, fingerprint
 
 ENTRY = PublishedValue("k", "static_stiffness", "q", "N", "s", value=100.0, note="n")
 NUMBERS = st.floats(-1e6, 1e6)
@@ -144,12 +146,12 @@ def test_no_verdict_without_a_measurement_and_no_row_without_a_model():
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     out = tmp_path_factory.mktemp("validation")
-    seen: list[tuple[str, int, int]] = []
+    seen: list[tuple[str, float, float]] = []
     rows = validate(
         out,
         only=["static_stiffness", "force_plate"],
         plan=Plan.coarse(),
-        progress=lambda *step: seen.append(step),
+        progress=lambda now: seen.append((now.task, now.done, now.total)),
     )
     return out, rows, seen
 
@@ -232,11 +234,14 @@ def test_a_finished_section_is_kept_and_a_broken_or_stale_one_is_not(finished, m
     assert kept == rows[-3:]
     (out / "figures" / "static_stiffness_curves.png").unlink()
     assert again()[1] == ["static_stiffness"]
-    record = out / "data" / "static_stiffness.json"
-    record.write_text(record.read_text()[:200])
-    assert again()[1] == ["static_stiffness"]
-    record.write_text(record.read_text().replace('"fingerprint": "', '"fingerprint": "0'))
-    assert again()[1] == ["static_stiffness"]
+    for change in (
+        "DELETE FROM results WHERE name = 'static_stiffness'",
+        "UPDATE results SET fingerprint = '0' || fingerprint",
+    ):
+        with contextlib.closing(sqlite3.connect(out / FILE)) as database, database:
+            database.execute(change)
+        assert again()[1] == ["static_stiffness"]
+    assert again()[1] == []
     assert again(fresh=True)[1] == ["static_stiffness"]
 
 
@@ -253,14 +258,15 @@ def test_an_interrupted_run_keeps_what_is_finished(tmp_path, monkeypatch):
         patch.setitem(SECTIONS, "static_stiffness", ("Interrupted", interrupted))
         with pytest.raises(KeyboardInterrupt):
             validate(tmp_path, only=["force_plate", "static_stiffness"], plan=Plan.coarse())
-    assert (tmp_path / "data" / "force_plate.json").is_file()
+    with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as database:
+        assert database.execute("SELECT name FROM results").fetchall() == [("force_plate",)]
     assert not (tmp_path / "report.md").exists()
     seen: list[str] = []
     rows = validate(
         tmp_path,
         only=["force_plate", "static_stiffness"],
         plan=Plan.coarse(),
-        progress=lambda title, done, total: seen.append(title),
+        progress=lambda now: seen.append(now.task),
     )
     assert len(rows) == 9
     assert SECTIONS["force_plate"][0] not in seen

@@ -7,7 +7,7 @@ the ball's parameter file holds, its values at a lowest speed and their growth u
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from drake_racket.identify.ball.impacts import BallImpact, read_ball_impacts
 from drake_racket.identify.ball.speed_line import WEIGHTS, SpeedLine, speed_line
 from drake_racket.identify.core.estimate import Estimate
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Progress, Report
 
 if TYPE_CHECKING:
     import xarray
@@ -159,7 +160,7 @@ def fit_ball(
     speed_high: float | None = None,
     starts: int = 1,
     seed: int = 0,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Report | None = None,
 ) -> BallFit:
     """Fits kb and cb at each speed, and their lines over speed.
 
@@ -174,7 +175,7 @@ def fit_ball(
             fastest group if None.
         starts, seed: of the search at each speed. The law is smooth and its first guess near: one
             start finds the minimum (tests).
-        progress: called with the part done (0 to 1) and the RMS (N) at the speed just fitted.
+        progress: called with the speeds done; `rms` (N) at the one just fitted.
 
     Raises:
         InputError: a number out of range, or a record that `ball_speed.fit_speed` refuses.
@@ -195,7 +196,7 @@ def fit_ball(
         found = fit_speed(group, mass, speed_sigma=speed_sigma, starts=starts, seed=seed)
         groups.append(found)
         if progress is not None:
-            progress(len(groups) / len(grouped), groups[-1].rms)
+            progress(Progress("fitting", len(groups), len(grouped), rms=groups[-1].rms))
     low, high = _range(groups, speed_low, speed_high)
     lines = _lines(groups, weights, low, high) if len(groups) > 1 else (None, None)
     warnings = [text for group in groups for text in group.warnings]

@@ -11,21 +11,21 @@ from typing import Any
 import numpy as np
 from scipy import optimize
 
-from drake_racket.identify.core.assemble import Outcome, make_result
+from drake_racket.identify.core.assemble import StartOutcome, make_result
 from drake_racket.identify.core.evaluator import Evaluator
 from drake_racket.identify.core.journal import prepare_directory
 from drake_racket.identify.core.least_squares import Descent
 from drake_racket.identify.core.problem import Array, Problem, Scale, check_count, check_problem
 from drake_racket.identify.core.result import FitResult
 from drake_racket.identify.core.starts import (
-    Progress,
-    Report,
     Start,
+    Tell,
     random_keyword,
     run_starts,
     start_points,
 )
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Report
 
 _POLISH_TOLERANCE = 1e-12
 _POLISH_EVALUATIONS = 500
@@ -49,7 +49,7 @@ def anneal(
     max_evaluations: int = 20_000,
     temperature: float = TEMPERATURE,
     journal: Path | None = None,
-    progress: Progress = None,
+    progress: Report | None = None,
     polish: bool = False,
     rescale_sigma: bool = False,
 ) -> FitResult:
@@ -72,7 +72,7 @@ def anneal(
             search sooner.
         journal: directory that keeps the evaluations. A run that was killed and started again
             with it ends with the same result, bit for bit; a larger `max_evaluations` continues.
-        progress: called with the part done (0 to 1) and the lowest RMS so far.
+        progress: called with how far it is; `total` is 1, `rms` the lowest so far.
         polish: let each chain go on by least squares with exact derivatives from its best point.
         rescale_sigma: as for `fit`.
 
@@ -92,7 +92,7 @@ def anneal(
             problem=problem,
             number=number,
             point=point,
-            journal=None if journal is None else journal / f"chain_{number:02d}.journal",
+            journal=None if journal is None else journal / f"chain_{number:02d}.sqlite",
             seed=seed,
             temperature=temperature,
             max_evaluations=max_evaluations,
@@ -131,14 +131,14 @@ class Chain(Start):
         random = [self.seed, self.number]
         return {"method": "simulated annealing", "seed": random, "temperature": self.temperature}
 
-    def run(self, report: Report) -> Outcome:
+    def run(self, report: Tell) -> StartOutcome:
         """The annealing, and least squares after it if wanted."""
         annealed = self._annealed(report)
         if not self.polish or not np.isfinite(annealed.record.cost):
             return annealed
         return self._polished(annealed, report)
 
-    def _annealed(self, report: Report) -> Outcome:
+    def _annealed(self, report: Tell) -> StartOutcome:
         with self.open_journal() as journal:
             evaluator = Evaluator(
                 self.problem, journal, lambda n, rms: report(min(n / self.max_evaluations, 1), rms)
@@ -172,13 +172,13 @@ class Chain(Start):
         except FloatingPointError as error:
             return self.failed(evaluator, f"{error} at the best point")
 
-    def _polished(self, annealed: Outcome, report: Report) -> Outcome:
+    def _polished(self, annealed: StartOutcome, report: Tell) -> StartOutcome:
         """Least squares from the best point of the annealing; records of both as one."""
         before = annealed.record
         point = Scale(self.problem.parameters).to_unit(before.estimates)
         # another budget ends at another point: a journal for each
         digest = hashlib.blake2b(point.tobytes(), digest_size=4).hexdigest()
-        name = f"polish_{self.number:02d}_{digest}.journal"
+        name = f"polish_{self.number:02d}_{digest}.sqlite"
         descent = Descent(
             problem=self.problem,
             number=self.number,

@@ -9,10 +9,10 @@ import numpy as np
 from scipy import stats
 
 from drake_racket.identify.core.covariance import Uncertainty, uncertainty
-from drake_racket.identify.core.journal import versions
 from drake_racket.identify.core.problem import Array, Parameter, Problem, Scale
 from drake_racket.identify.core.result import FitResult, StartRecord
 from drake_racket.io.errors import InputError
+from drake_racket.io.fingerprint import versions
 
 AT_BOUND = 1e-6  # of the way between the bounds: as near as this is at the bound
 SAME_MINIMUM = 1e-6  # relative: starts whose sums of squares differ by less found the same RMS
@@ -20,7 +20,7 @@ OTHER_PLACE = 0.01  # of the way between the bounds: starts further apart are at
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class StartOutcome:
     """One start's record with residuals (m,) and Jacobian (m, n) where it ended, if it did."""
 
     record: StartRecord
@@ -30,7 +30,7 @@ class Outcome:
 
 def make_result(
     problem: Problem,
-    outcomes: Sequence[Outcome],
+    outcomes: Sequence[StartOutcome],
     *,
     method: str,
     seed: int,

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from scipy import optimize
 
-from drake_racket.identify.core.assemble import Outcome, make_result
+from drake_racket.identify.core.assemble import StartOutcome, make_result
 from drake_racket.identify.core.evaluator import Evaluator
 from drake_racket.identify.core.journal import prepare_directory
 from drake_racket.identify.core.problem import Array, Problem, check_count, check_problem
 from drake_racket.identify.core.result import FitResult
-from drake_racket.identify.core.starts import Progress, Report, Start, run_starts, start_points
+from drake_racket.identify.core.starts import Start, Tell, run_starts, start_points
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Report
 
 
 def fit(
@@ -26,7 +27,7 @@ def fit(
     seed: int = 0,
     workers: int = 1,
     journal: Path | None = None,
-    progress: Progress = None,
+    progress: Report | None = None,
     tolerance: float = 1e-12,
     max_evaluations: int = 200,
     rescale_sigma: bool = False,
@@ -42,7 +43,7 @@ def fit(
         workers: processes that share the starts (started by spawn: a script needs the usual
             `if __name__ == "__main__":`).
         journal: directory that keeps the evaluations, one file per start.
-        progress: called with the part done (0 to 1) and the lowest RMS so far.
+        progress: called with how far it is; `total` is 1, `rms` the lowest so far.
         tolerance: relative change of the sum of squares, or of the parameters, at which a start
             stops.
         max_evaluations: of the residuals, per start.
@@ -67,7 +68,7 @@ def fit(
             point=point,
             tolerance=tolerance,
             max_evaluations=max_evaluations,
-            journal=None if journal is None else journal / f"start_{number:02d}.journal",
+            journal=None if journal is None else journal / f"start_{number:02d}.sqlite",
         )
         for number, point in enumerate(start_points(problem, starts, seed))
     ]
@@ -92,7 +93,7 @@ class Descent(Start):
         """The stopping rule; a journal serves any number of evaluations."""
         return {"method": "least squares", "tolerance": self.tolerance}
 
-    def run(self, report: Report) -> Outcome:
+    def run(self, report: Tell) -> StartOutcome:
         """To the minimum, or as far as the evaluations go."""
         with self.open_journal() as journal:
             evaluator = Evaluator(

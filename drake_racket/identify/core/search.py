@@ -15,8 +15,8 @@ from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.least_squares import fit
 from drake_racket.identify.core.problem import Problem
 from drake_racket.identify.core.result import FitResult
-from drake_racket.identify.core.starts import Progress
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Report
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.quantities import sourced_fields
 from drake_racket.parameters.racket import RacketParameters
@@ -64,7 +64,7 @@ class Search:
 
 
 def search(
-    problem: Problem, options: Search, journal: Path | None, progress: Progress
+    problem: Problem, options: Search, journal: Path | None, progress: Report | None
 ) -> FitResult:
     """Fits by the method that the options name.
 
@@ -78,7 +78,7 @@ def search(
 
 
 def _search(
-    problem: Problem, options: Search, journal: Path | None, progress: Progress
+    problem: Problem, options: Search, journal: Path | None, progress: Report | None
 ) -> FitResult:
     if options.method == "annealing":
         return anneal(

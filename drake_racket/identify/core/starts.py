@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
-import multiprocessing
-import os
 import pickle
-import signal
 import tempfile
-import threading
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
-from multiprocessing.connection import wait as wait_for
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.stats import qmc
 
-from drake_racket.identify.core.assemble import Outcome
+from drake_racket.identify.core.assemble import StartOutcome
 from drake_racket.identify.core.evaluator import Evaluator
 from drake_racket.identify.core.journal import Journal, journal_header
 from drake_racket.identify.core.problem import Array, Problem, Scale
 from drake_racket.identify.core.result import StartRecord
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Progress, Report
+from drake_racket.pool import leave_if_imported_again, run_in_processes
 
-Report: TypeAlias = Callable[[float, float], None]
-"""Called with the part done (0 to 1) and the lowest RMS so far."""
-
-Progress: TypeAlias = Report | None
+Tell: TypeAlias = Callable[[float, float], None]
+"""What a start calls with the part of it that is done (0 to 1) and the lowest RMS so far."""
 
 _SHOW_INTERVAL = 0.1  # s between looks at what the workers have done
 
@@ -49,7 +45,7 @@ class Start(ABC):
         """What its journal must agree on besides the problem."""
 
     @abstractmethod
-    def run(self, report: Report) -> Outcome:
+    def run(self, report: Tell) -> StartOutcome:
         """The search from here; its journal is read first and then continued."""
 
     def open_journal(self) -> Journal:
@@ -63,7 +59,7 @@ class Start(ABC):
         header = journal_header(self.problem, {**self.settings(), "start": point})
         return Journal(self.journal, header)
 
-    def ended(self, evaluator: Evaluator, status: str, *, converged: bool) -> Outcome:
+    def ended(self, evaluator: Evaluator, status: str, *, converged: bool) -> StartOutcome:
         """The outcome: the best point seen.
 
         Raises:
@@ -82,9 +78,9 @@ class Start(ABC):
             status=status,
             history=np.array(evaluator.history),
         )
-        return Outcome(record, residuals, jacobian)
+        return StartOutcome(record, residuals, jacobian)
 
-    def failed(self, evaluator: Evaluator, status: str) -> Outcome:
+    def failed(self, evaluator: Evaluator, status: str) -> StartOutcome:
         """The outcome of a start that led nowhere."""
         record = StartRecord(
             number=self.number,
@@ -97,7 +93,7 @@ class Start(ABC):
             status=status,
             history=np.array(evaluator.history).reshape(-1, 2),
         )
-        return Outcome(record, np.empty(0), np.empty((0, len(self.point))))
+        return StartOutcome(record, np.empty(0), np.empty((0, len(self.point))))
 
 
 def start_points(problem: Problem, starts: int, seed: int) -> list[Array]:
@@ -110,18 +106,21 @@ def start_points(problem: Problem, starts: int, seed: int) -> list[Array]:
     return points
 
 
-def run_starts(tasks: Sequence[Start], workers: int, progress: Progress) -> list[Outcome]:
+def run_starts(tasks: Sequence[Start], workers: int, progress: Report | None) -> list[StartOutcome]:
     """Runs them all, in this process or shared by several; the same outcomes either way.
 
     Raises:
         InputError: another search's journal (before any work), or a problem that does not pickle
             with several workers.
+        PoolError: processes cannot be started, or die again and again in one start.
 
     """
+    leave_if_imported_again()
     for task in tasks:
         task.open_journal().close()
     workers = min(workers, len(tasks))
-    return _in_turn(tasks, progress) if workers == 1 else _shared(tasks, workers, progress)
+    board = _Board(np.tile([0.0, np.inf], (len(tasks), 1)), progress)
+    return _in_turn(tasks, board) if workers == 1 else _shared(tasks, workers, board)
 
 
 def random_keyword(function: Callable[..., Any]) -> str:
@@ -129,24 +128,41 @@ def random_keyword(function: Callable[..., Any]) -> str:
     return "rng" if "rng" in inspect.signature(function).parameters else "seed"
 
 
-def _in_turn(tasks: Sequence[Start], progress: Progress) -> list[Outcome]:
-    """The starts one after the other in this process."""
-    board = _empty_board(len(tasks))
+@dataclass
+class _Board:
+    """Part done and lowest RMS of each start, (starts, 2), and who is told of it."""
 
-    def run(task: Start) -> Outcome:
+    rows: Array
+    progress: Report | None
+
+    def __post_init__(self) -> None:
+        self._began = time.monotonic()
+
+    def show(self) -> None:
+        """Tells how far all of them are."""
+        if self.progress is not None:
+            done, rms = float(self.rows[:, 0].mean()), float(self.rows[:, 1].min())
+            seconds = time.monotonic() - self._began
+            self.progress(Progress("fitting", done, 1.0, seconds=seconds, rms=rms))
+
+
+def _in_turn(tasks: Sequence[Start], board: _Board) -> list[StartOutcome]:
+    """The starts one after the other in this process."""
+
+    def run(task: Start) -> StartOutcome:
         def report(done: float, rms: float) -> None:
-            board[task.number] = done, rms
-            _show(board, progress)
+            board.rows[task.number] = done, rms
+            board.show()
 
         outcome = task.run(report)
-        board[task.number, 0] = 1.0
-        _show(board, progress)
+        board.rows[task.number, 0] = 1.0
+        board.show()
         return outcome
 
     return [run(task) for task in tasks]
 
 
-def _shared(tasks: Sequence[Start], workers: int, progress: Progress) -> list[Outcome]:
+def _shared(tasks: Sequence[Start], workers: int, board: _Board) -> list[StartOutcome]:
     """The starts in worker processes, which report on a board in a mapped file."""
     try:
         pickle.dumps(tasks[0].problem)
@@ -154,59 +170,38 @@ def _shared(tasks: Sequence[Start], workers: int, progress: Progress) -> list[Ou
         raise InputError(
             "workers", workers, f"1 for a problem that does not pickle ({error})"
         ) from None
+    found: dict[int, StartOutcome] = {}
     with tempfile.TemporaryDirectory() as scratch:
         path = Path(scratch) / "board"
-        board = np.memmap(path, np.float64, "w+", shape=(len(tasks) + 1, 2))
-        board[:] = [*_empty_board(len(tasks)), [0.0, 0.0]]  # the last row stops the workers
-        executor = ProcessPoolExecutor(
-            workers, multiprocessing.get_context("spawn"), initializer=_prepare_worker
-        )
-        try:
-            futures = [executor.submit(_work, task, path, len(tasks)) for task in tasks]
-            waiting: set[Future[Outcome]] = set(futures)
-            while waiting:
-                finished, waiting = wait(waiting, _SHOW_INTERVAL, FIRST_COMPLETED)
-                _show(board[:-1], progress)
-                for future in finished:
-                    future.result()  # a worker's error ends the fit
-        finally:
-            board[-1] = 1.0
-            executor.shutdown(cancel_futures=True)
-    return [future.result() for future in futures]
+        rows = np.memmap(path, np.float64, "w+", shape=board.rows.shape)
+        rows[:] = board.rows
+        board.rows = rows
+        work = [_Work(task, path, len(tasks)) for task in tasks]
+        batches = run_in_processes(_work, work, workers, every=_SHOW_INTERVAL)
+        with contextlib.closing(batches):
+            for batch in batches:
+                found |= {one.task.number: outcome for one, outcome in batch}
+                board.show()
+    return [found[task.number] for task in tasks]
 
 
-def _work(task: Start, path: Path, starts: int) -> Outcome:
+@dataclass(frozen=True)
+class _Work:
+    """One start for a worker, and where it reports."""
+
+    task: Start
+    board: Path
+    starts: int
+
+
+def _work(work: _Work) -> StartOutcome:
     """One start in a worker."""
-    board = np.memmap(path, np.float64, "r+", shape=(starts + 1, 2))
+    board = np.memmap(work.board, np.float64, "r+", shape=(work.starts, 2))
+    number = work.task.number
 
     def report(done: float, rms: float) -> None:
-        board[task.number] = done, rms
-        if board[-1, 0]:
-            raise InterruptedError("the fit was stopped")
+        board[number] = done, rms
 
-    outcome = task.run(report)
-    board[task.number, 0] = 1.0
+    outcome = work.task.run(report)
+    board[number, 0] = 1.0
     return outcome
-
-
-def _prepare_worker() -> None:
-    """A worker ends with its parent, however that ends, and leaves Ctrl-C to it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        wait_for([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
-def _empty_board(starts: int) -> Array:
-    """(starts, 2) part done and lowest RMS."""
-    return np.tile([0.0, np.inf], (starts, 1))
-
-
-def _show(board: Array, progress: Progress) -> None:
-    if progress is not None:
-        progress(float(board[:, 0].mean()), float(board[:, 1].min()))

@@ -10,7 +10,7 @@ the linear model's derivatives. What it moved is kept.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -30,6 +30,7 @@ from drake_racket.identify.frame.hammer_record import (
 )
 from drake_racket.identify.frame.ringing_problem import RingingProblem
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Progress, Report
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS
 from drake_racket.rigs.hammer.ringing import analyse_ringing
@@ -186,7 +187,7 @@ def fit_frame(
     drake_passes: int = 2,
     starts: int = 1,
     seed: int = 0,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Report | None = None,
 ) -> FrameFit:
     """Fits kf and cf to strikes at one place in one direction.
 
@@ -199,7 +200,7 @@ def fit_frame(
         drake_passes: at most, through Drake (about a second per strike and pass); 0: linear only.
         starts, seed: of the search (`least_squares.fit`). The first guess is the frequency read
             from the ringing: one start finds the minimum (tests).
-        progress: called with the part done (0 to 1) and the RMS (m/s^2) so far.
+        progress: called with the passes done; `rms` (m/s^2) so far.
 
     Raises:
         InputError: no record, a number out of range, or a sample rate that Drake's rig does not
@@ -231,7 +232,7 @@ def fit_frame(
     drake = DrakeDifference(racket, direction, place)
     for done in range(drake_passes):
         if progress is not None:
-            progress((done + 1.0) / (drake_passes + 1.0), result.rms)
+            progress(Progress("fitting", done + 1, drake_passes + 1, rms=result.rms))
         corrections = [
             drake.acceleration(record, frame, *result.estimates[[0, 1, 2 + 2 * i]].tolist())
             for i, record in enumerate(records)
@@ -243,7 +244,7 @@ def fit_frame(
         if np.abs(passes[-1] / passes[-2] - 1.0).max() < SETTLED:
             break
     if progress is not None:
-        progress(1.0, result.rms)
+        progress(Progress("fitting", drake_passes + 1, drake_passes + 1, rms=result.rms))
     warnings = [*notes, *result.warnings]
     warnings += frame_warnings(records, frame, place, result, np.array(passes), drake_passes > 0)
     models = _models(problem, result.estimates)

@@ -33,11 +33,11 @@ from drake_racket.identify.core.search import (
     search,
     short_title,
 )
-from drake_racket.identify.core.starts import Progress
 from drake_racket.identify.strings.angle_table import AngleTable
 from drake_racket.identify.strings.table_fit import TableFit
 from drake_racket.identify.strings.table_rows import beyond
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Report
 from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
@@ -188,7 +188,7 @@ def fit_friction(
     reading: str = "velocity",
     options: Search | None = None,
     journal: Path | None = None,
-    progress: Progress = None,
+    progress: Report | None = None,
 ) -> FrictionFit:
     """Fits the coefficients of the points that were hit.
 

@@ -38,11 +38,11 @@ from drake_racket.identify.core.search import (
     search,
     short_title,
 )
-from drake_racket.identify.core.starts import Progress
 from drake_racket.identify.strings.restitution_table import RestitutionTable
 from drake_racket.identify.strings.table_fit import TableFit
 from drake_racket.identify.strings.table_rows import beyond
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Report
 from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
@@ -193,7 +193,7 @@ def fit_string_bed(
     options: Search | None = None,
     profiles: bool = False,
     journal: Path | None = None,
-    progress: Progress = None,
+    progress: Report | None = None,
 ) -> StringBedFit:
     """Fits a string-bed to restitution.
 
@@ -205,7 +205,7 @@ def fit_string_bed(
         options: method, starts, seed ... (`search.Search`).
         profiles: intervals from likelihood profiles: slower, and right where parameters trade off.
         journal: directory of the checkpoint; a killed run goes on from it.
-        progress: called with the part done (0 to 1) and the lowest RMS so far.
+        progress: called with how far it is; `total` is 1, `rms` the lowest so far.
 
     Raises:
         InputError: options or start values out of range, a table with fewer rows than free
@@ -249,7 +249,7 @@ def fit_tension(
     start: float | None = None,
     options: Search | None = None,
     journal: Path | None = None,
-    progress: Progress = None,
+    progress: Report | None = None,
 ) -> StringBedFit:
     """Fits T0 alone, stiffnesses and rim factors as the racket has them.
 

@@ -1,0 +1,65 @@
+"""Ctrl-C and SIGTERM end a long command alike: what is finished is kept, in one line."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM has come (see `terminable`)."""
+
+
+def exit_status(interrupt: BaseException) -> int:
+    """What a shell expects of a command that a signal has ended: 128 and its number."""
+    return 128 + (signal.SIGTERM if isinstance(interrupt, Terminated) else signal.SIGINT)
+
+
+def interrupt_word(interrupt: BaseException) -> str:
+    """What has happened to the command."""
+    return "terminated" if isinstance(interrupt, Terminated) else "interrupted"
+
+
+@contextmanager
+def terminable() -> Iterator[list[Terminated]]:
+    """Within it SIGTERM raises Terminated, as Ctrl-C raises KeyboardInterrupt.
+
+    Yields:
+        The interrupts that have come: some libraries turn them into exceptions of their own.
+
+    """
+    come: list[Terminated] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield come
+        return
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        come.append(Terminated())
+        raise come[-1]
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield come
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Within it no further Ctrl-C or SIGTERM counts: to leave things in order after the first.
+
+    They often come twice, from the terminal or a scheduler and from the process above.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, signal.SIG_IGN) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
