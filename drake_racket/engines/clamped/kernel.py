@@ -3,7 +3,8 @@
 `ode` has the equations, made of the laws of the Drake systems; `steps` has the steps. Touch is at
 t = 0. A step is Runge-Kutta of order 4; release, a second touch and the peaks are placed inside a
 step by root finding. The run ends when the ball is out of reach: the energy E left in the bed
-cannot lift the struck mass above sqrt(2 E / K), K its static stiffness without the springs' k, which only adds.
+cannot lift the struck mass above sqrt(2 E / K), K its static stiffness without the springs' k,
+which only adds.
 
 Sensitivities s = dy/dtheta go through the same Runge-Kutta steps: they are the exact derivatives of
 the computed states at a fixed time. Where the force jumps (a second touch at t_e) s jumps by
