@@ -207,7 +207,7 @@ def test_study_writes_what_it_found_and_reads_a_signal(plate, tmp_path) -> None:
 
 
 BAD_SIGNALS = {
-    "time [s],force [kN]\n0,0\n": "force [kN]",
+    "time [s],force [V]\n0,0\n": "force [V]",
     "": "empty",
     "time [s],force [N]\n0,0\n": "at least 20",
 }

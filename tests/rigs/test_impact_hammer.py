@@ -329,7 +329,7 @@ def test_study_takes_a_pulse(study, tmp_path, capsys) -> None:
 
 
 BAD_STUDIES = {
-    "unit": ("time [ms],force [N]\n0,0\n", (), "time [ms]"),
+    "unit": ("time [min],force [N]\n0,0\n", (), "time [min]"),
     "coarse": ("time [s],force [N]\n" + "".join(f"{i * 1e-4},{max(0, 3 - i)}\n" for i in range(30)),
                (), "at least 20"),
     "both": ("time [s],force [N]\n0,0\n", ("--peak", 5), "no --peak"),

@@ -70,7 +70,7 @@ def make_result(
         estimates=x,
         covariance=found.covariance,
         confidence_intervals=found.intervals,
-        rms=float(np.sqrt(np.mean(best.residuals**2))),
+        rms=best.record.rms,
         residuals=best.residuals,
         residual_unit=str(getattr(problem, "residual_unit", "")),
         sigma=problem.sigma,
