@@ -27,7 +27,7 @@ from drake_racket.io.shipped import data_directory
 from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.grip import GRIPS
 from drake_racket.parameters.scenario import Scenario
-from drake_racket.pool import check_workers
+from drake_racket.pool import check_workers, leave_if_imported_again
 from drake_racket.store import KeptResults
 from drake_racket.sweep.cases import make_plan
 from drake_racket.sweep.runner import run_cases
@@ -80,6 +80,7 @@ def grip_and_location(
         SimulationError: a run could not be finished, or did not hit, or hit where it should not.
 
     """
+    leave_if_imported_again()
     check_workers(workers)
     base = base or backhand_scenario()
     sweep = make_runs(base, grips, points)
