@@ -39,9 +39,10 @@ from numpy.typing import NDArray
 from numpy_impact import NumpyImpact
 from pydrake.systems.analysis import Simulator
 
+from drake_racket.cases.case import resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.engines.drake.engine import configure_integrator
-from drake_racket.engines.drake.engine import run as run_scenario
+from drake_racket.engines.drake.engine import run_drake as run_scenario
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.simulation import simulate
 
@@ -79,7 +80,7 @@ class DrakeImpact:
         self.scenario = replace(SCENARIO, integrator=settings)
         self.simulator: Any = None
 
-    def run(self) -> float:
+    def run_drake(self) -> float:
         """Seconds of AdvanceTo."""
         self.simulator = Simulator(self.system.diagram, self.system.create_context(self.scenario))
         configure_integrator(self.simulator, self.scenario.integrator)
@@ -241,7 +242,7 @@ def main(
     calls: dict[str, Callable[[], object]] = {trial.name: trial.call for trial in chosen}
     around = {
         "AdvanceTo": DrakeImpact(system, IntegratorSettings()).run,
-        "simulate.run": lambda: run_scenario(SCENARIO, system),
+        "simulate.run": lambda: run_scenario(resolve(SCENARIO), system),
         "simulate, history=False": lambda: simulate(SCENARIO, system, history=False),
         "MuJoCo without callback, step 5 us": lambda: engine_alone(engine, 5e-6),
         "MuJoCo with callback, step 5 us": mujoco_trial(engine, 5e-6).call,

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from measure import interleaved, table, versions
 
-from drake_racket.cases.case import load_scenario
+from drake_racket.cases.case import load_scenario, resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.engines.drake.engine import run
+from drake_racket.engines.drake.engine import run_drake
 from drake_racket.io.shipped import data_directory
 from drake_racket.parameters.scenario import Scenario
 
@@ -77,9 +77,10 @@ def main() -> None:
     """Runs and prints the tables."""
     print(versions())
     systems = {name: make_impact_diagram(scenario) for name, scenario in cases().items()}
-    runs = {name: run(scenario, systems[name]) for name, scenario in cases().items()}
+    runs = {name: run_drake(resolve(scenario), systems[name]) for name, scenario in cases().items()}
     calls = {
-        name: (lambda s=scenario, d=systems[name]: run(s, d)) for name, scenario in cases().items()
+        name: (lambda s=scenario, d=systems[name]: run_drake(s, d))
+        for name, scenario in cases().items()
     }
     seconds = interleaved(calls, REPEATS)
     free = np.median(seconds["free"])

@@ -34,7 +34,7 @@ from measure import table, versions
 from numpy.typing import NDArray
 
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.engines.drake.engine import SimulationError
+from drake_racket.io.errors import SimulationError
 from drake_racket.parameters.scenario import SCHEMES, IntegratorSettings, Scenario
 from drake_racket.results.impact import ImpactResult
 from drake_racket.simulation import simulate

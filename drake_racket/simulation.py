@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drake_racket.cases.case import Case, resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.engines.drake.engine import run
+from drake_racket.engines.drake.engine import run_drake
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult, make_result
 
@@ -31,4 +31,4 @@ def simulate(
     """
     case = resolve(scenario or Scenario())
     system = system or make_impact_diagram(case)
-    return make_result(case, run(case, system, every_sample=history), history=history)
+    return make_result(case, run_drake(case, system, every_sample=history), history=history)

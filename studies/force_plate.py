@@ -10,20 +10,20 @@ form of the damped oscillator. A signal is a CSV with the columns `time [s]` and
 import argparse
 from pathlib import Path
 
-from drake_racket.io.errors import InputError, one_line_errors
-from drake_racket.io.files import (
+from drake_racket import (
+    InputError,
+    Signal,
     check_directory,
+    load_ball,
+    one_line_errors,
+    read_signal,
     write_csv,
     write_figure,
     write_netcdf,
     write_table,
 )
-from drake_racket.io.signals import Signal, read_signal
-from drake_racket.parameters.ball import load_ball
-from drake_racket.plots.rigs.force_plate import force_plate_figure
-from drake_racket.rigs.force_plate.force import SAMPLE_RATE, analyse_force
-from drake_racket.rigs.force_plate.plate import plate_dataset
-from drake_racket.rigs.head_clamped import CANNON_SPEEDS
+from drake_racket.plots import force_plate_figure
+from drake_racket.rigs import CANNON_SPEEDS, PLATE_SAMPLE_RATE, analyse_force, plate_dataset
 
 LONGEST_STEP = 250e-6  # s: 20 samples in 5 ms, the whole axis of the source's Fig. 4
 
@@ -34,7 +34,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("force_plate"), help="output directory")
     parser.add_argument("--speeds", type=float, nargs="+", default=list(CANNON_SPEEDS), help="m/s")
     parser.add_argument("--ball", default="penn_titanium", help="name, or a YAML file")
-    parser.add_argument("--rate", type=float, default=SAMPLE_RATE, help="of the samples, Hz")
+    parser.add_argument("--rate", type=float, default=PLATE_SAMPLE_RATE, help="of the samples, Hz")
     parser.add_argument("--signal", type=Path, help="CSV with time [s] and force [N]")
     parser.add_argument("--approach-speed", type=float, help="of the ball in the signal, m/s")
     parser.add_argument("--threshold", type=float, default=0.01, help="of contact, share of peak")

@@ -12,14 +12,26 @@ from pathlib import Path
 import numpy as np
 import xarray
 
-from drake_racket import load_racket, write_figure, write_netcdf, write_table
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.parameters.racket import RACKETS
-from drake_racket.plots.rigs.modes import frame_modes_figure, grip_figure, string_modes_figure
-from drake_racket.rigs.modes.comparisons import GRIP_FACTORS, grip_sweep, string_bed_coupling
-from drake_racket.rigs.modes.frame_modes import fundamentals_table, modes_dataset
-from drake_racket.rigs.modes.shapes import PLANES, SAMPLES, check_samples
+from drake_racket import (
+    RACKETS,
+    check_directory,
+    load_racket,
+    one_line_errors,
+    write_figure,
+    write_netcdf,
+    write_table,
+)
+from drake_racket.plots import frame_modes_figure, grip_figure, string_modes_figure
+from drake_racket.rigs import (
+    GRIP_FACTORS,
+    PLANES,
+    SAMPLES,
+    check_samples,
+    fundamentals_table,
+    grip_sweep,
+    modes_dataset,
+    string_bed_coupling,
+)
 
 
 def main() -> None:

@@ -15,14 +15,20 @@ from pathlib import Path
 import numpy as np
 import xarray
 
-from drake_racket import Scenario, load_racket, write_figure, write_netcdf
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.parameters.overrides import apply_overrides
-from drake_racket.parameters.scenario import IntegratorSettings
-from drake_racket.plant.properties import frame_fundamentals
-from drake_racket.plots.sample_studies import frame_figure
-from drake_racket.sweep import Progress, make_sweep, run_sweep
+from drake_racket import (
+    IntegratorSettings,
+    Progress,
+    Scenario,
+    apply_overrides,
+    check_directory,
+    frame_fundamentals,
+    load_racket,
+    one_line_errors,
+    write_figure,
+    write_netcdf,
+)
+from drake_racket.plots import frame_figure
+from drake_racket.sweep import make_sweep, run_sweep
 
 STIFFNESS = "racket.throat_joint.out_of_plane_stiffness"
 DAMPING = "racket.throat_joint.out_of_plane_damping"

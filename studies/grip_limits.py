@@ -21,18 +21,18 @@ from drake_racket import (
     ImpactResult,
     InputError,
     Scenario,
+    after_release,
+    check_directory,
+    data_directory,
     load_grip,
     load_scenario,
+    one_line_errors,
     write_figure,
     write_grip,
     write_netcdf,
     write_table,
 )
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.io.shipped import data_directory
-from drake_racket.plots.style import BLUE, GREY, new_figure, tidy
-from drake_racket.results.history import after_release
+from drake_racket.plots import BLUE, GREY, new_figure, tidy
 from drake_racket.sweep import Output, make_sweep, run_grid
 
 TITLE = "A hand from loose to rigid: corner impact in a backhand"

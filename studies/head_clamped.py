@@ -11,16 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_racket import write_figure, write_netcdf, write_table
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.plots.rigs.restitution import bed_maps, oblique_figure, restitution_over_speed
-from drake_racket.rigs.head_clamped import (
-    CANNON_SPEEDS,
-    normal_impacts,
-    oblique_impacts,
-)
+from drake_racket import check_directory, one_line_errors, write_figure, write_netcdf, write_table
+from drake_racket.laws import POINT_NUMBERS
+from drake_racket.plots import bed_maps, oblique_figure, restitution_over_speed
+from drake_racket.rigs import CANNON_SPEEDS, normal_impacts, oblique_impacts
 
 
 def main() -> None:

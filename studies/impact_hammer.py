@@ -12,31 +12,32 @@ from pathlib import Path
 
 import xarray as xr
 
-from drake_racket.io.errors import InputError, one_line_errors
-from drake_racket.io.files import (
+from drake_racket import (
+    JOINT_READINGS,
+    InputError,
     check_directory,
+    load_racket,
+    one_line_errors,
+    read_signal,
     write_csv,
     write_figure,
     write_netcdf,
     write_table,
 )
-from drake_racket.io.signals import read_signal
-from drake_racket.parameters.racket import JOINT_READINGS, load_racket
-from drake_racket.plots.rigs.impact_hammer import hammer_figure
-from drake_racket.rigs.hammer.force import (
-    INFERRED_LENGTH,
-    INFERRED_PEAK,
-    half_sine,
-    sampled_pulse,
-)
-from drake_racket.rigs.hammer.impact_hammer import (
+from drake_racket.plots import hammer_figure
+from drake_racket.rigs import (
     DIRECTIONS,
     DURATION,
-    SAMPLE_RATE,
+    HAMMER_SAMPLE_RATE,
+    INFERRED_LENGTH,
+    INFERRED_PEAK,
+    acceleration_signal,
+    analyse_ringing,
+    half_sine,
     hammer_dataset,
+    ringing_dataset,
+    sampled_pulse,
 )
-from drake_racket.rigs.hammer.ringing import analyse_ringing
-from drake_racket.rigs.modes.bending import acceleration_signal, ringing_dataset
 
 LONGEST_STEP = 1e-3  # s; that a pulse has 20 samples is checked with the pulse
 
@@ -53,7 +54,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--length", type=float, help=f"s (inferred: {INFERRED_LENGTH:g})")
     parser.add_argument("--pulse", type=Path, help="CSV with time [s] and force [N]")
     parser.add_argument("--duration", type=float, default=DURATION, help="s from the pulse on")
-    parser.add_argument("--rate", type=float, default=SAMPLE_RATE, help="of the samples, Hz")
+    parser.add_argument("--rate", type=float, default=HAMMER_SAMPLE_RATE, help="of the samples, Hz")
     return parser.parse_args()
 
 

@@ -13,11 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory, write_figure, write_netcdf, write_table
-from drake_racket.plots.rigs.inertia_bench import inertia_bench_figure
-from drake_racket.rigs.inertia.dataset import inertia_dataset
-from drake_racket.rigs.inertia.swings import bending_error, swing_history
+from drake_racket import check_directory, one_line_errors, write_figure, write_netcdf, write_table
+from drake_racket.plots import inertia_bench_figure
+from drake_racket.rigs import bending_error, inertia_dataset, swing_history
 
 
 def print_tables(bench) -> None:

@@ -9,13 +9,17 @@ the free racket, where bending is excited least at its node. Leaves NetCDF, CSV 
 import argparse
 from pathlib import Path
 
-from drake_racket import load_racket, write_figure, write_netcdf, write_table
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.plots.rigs.restitution import along_axis_figure, bed_maps
-from drake_racket.rigs.modes.shapes import head_node
-from drake_racket.rigs.restitution_map import along_axis, axis_offsets, restitution_map
+from drake_racket import (
+    check_directory,
+    load_racket,
+    one_line_errors,
+    write_figure,
+    write_netcdf,
+    write_table,
+)
+from drake_racket.laws import POINT_NUMBERS
+from drake_racket.plots import along_axis_figure, bed_maps
+from drake_racket.rigs import along_axis, axis_offsets, head_node, restitution_map
 
 
 def main() -> None:

@@ -17,21 +17,32 @@ import numpy as np
 import xarray
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_racket import ImpactResult, Scenario, impact_figure, make_impact_diagram, simulate
-from drake_racket.io.errors import InputError, one_line_errors
-from drake_racket.io.files import (
+from drake_racket import (
+    ImpactResult,
+    InputError,
+    LimbSettings,
+    Scenario,
+    Stroke,
     check_directory,
+    impact_figure,
+    make_impact_diagram,
+    one_line_errors,
+    simulate,
     write_csv,
     write_figure,
     write_netcdf,
     write_table,
 )
-from drake_racket.limbs.mujoco.compare import compare_with_mujoco, joint_table
-from drake_racket.limbs.mujoco.importer import ImportedLimb, import_mujoco
-from drake_racket.limbs.mujoco.model import quiet_mujoco
-from drake_racket.limbs.mujoco.myosim import HAND, fist, grip_in_hand
-from drake_racket.limbs.stroke import Stroke
-from drake_racket.parameters.limb_settings import LimbSettings
+from drake_racket.limbs import (
+    HAND,
+    ImportedLimb,
+    compare_with_mujoco,
+    fist,
+    grip_in_hand,
+    import_mujoco,
+    joint_table,
+    quiet_mujoco,
+)
 
 MODEL = "myoarm_r"
 POSTURE = {"shoulder_elv_r": 60.0, "elv_angle_r": 60.0, "elbow_flexion_r": 40.0}  # degrees, chosen

@@ -8,12 +8,10 @@ Leaves NetCDF, CSV and a figure.
 import argparse
 from pathlib import Path
 
-from drake_racket import write_figure, write_netcdf, write_table
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.plots.rigs.static_stiffness import stiffness_figure
-from drake_racket.rigs.static_stiffness import FORCES, mean_difference, stiffness_dataset
+from drake_racket import check_directory, one_line_errors, write_figure, write_netcdf, write_table
+from drake_racket.laws import POINT_NUMBERS
+from drake_racket.plots import stiffness_figure
+from drake_racket.rigs import FORCES, mean_difference, stiffness_dataset
 
 
 def main() -> None:

@@ -18,14 +18,23 @@ from typing import Any
 import numpy as np
 import xarray
 
-from drake_racket import RacketParameters, Scenario, load_racket, write_figure, write_table
-from drake_racket.io.errors import InputError, one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.parameters.scenario import IntegratorSettings
-from drake_racket.plant.properties import SWINGWEIGHT_AXIS, racket_properties
-from drake_racket.plots.sample_studies import SWEET_SPOTS, best_aim, sweet_spot_figure
-from drake_racket.rigs.modes.shapes import head_node
-from drake_racket.sweep import Progress, make_sweep, run_sweep
+from drake_racket import (
+    SWINGWEIGHT_AXIS,
+    InputError,
+    IntegratorSettings,
+    Progress,
+    RacketParameters,
+    Scenario,
+    check_directory,
+    load_racket,
+    one_line_errors,
+    racket_properties,
+    write_figure,
+    write_table,
+)
+from drake_racket.plots import SWEET_SPOTS, best_aim, sweet_spot_figure
+from drake_racket.rigs import head_node
+from drake_racket.sweep import make_sweep, run_sweep
 
 REACH = 0.85  # of the rim's semi-axes: beyond it the ball would meet the frame
 

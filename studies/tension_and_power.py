@@ -14,12 +14,16 @@ from pathlib import Path
 
 import xarray
 
-from drake_racket import Scenario, write_figure
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.parameters.scenario import IntegratorSettings
-from drake_racket.plots.sample_studies import tension_figure
-from drake_racket.sweep import Progress, make_sweep, run_sweep
+from drake_racket import (
+    IntegratorSettings,
+    Progress,
+    Scenario,
+    check_directory,
+    one_line_errors,
+    write_figure,
+)
+from drake_racket.plots import tension_figure
+from drake_racket.sweep import make_sweep, run_sweep
 
 SHOWN = (  # variable, scale, unit, decimals
     ("restitution", 1.0, "", 3),

@@ -23,13 +23,27 @@ from typing import Any
 import numpy as np
 import xarray
 
-from drake_racket import Scenario, load_racket, write_figure, write_netcdf, write_table
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.parameters.scenario import IntegratorSettings
-from drake_racket.plots.sensitivity import sensitivity_figure
-from drake_racket.sweep import Progress, Sweep, make_sweep, run_sweep
-from drake_racket.sweep.sensitivity import SobolDesign, Span, sobol_design, sobol_indices
+from drake_racket import (
+    IntegratorSettings,
+    Progress,
+    Scenario,
+    check_directory,
+    load_racket,
+    one_line_errors,
+    write_figure,
+    write_netcdf,
+    write_table,
+)
+from drake_racket.plots import sensitivity_figure
+from drake_racket.sweep import (
+    SobolDesign,
+    Span,
+    Sweep,
+    make_sweep,
+    run_sweep,
+    sobol_design,
+    sobol_indices,
+)
 
 SPANS = {
     "frame stiffness": Span(0.7, 1.4, "1", relative=True),

@@ -1,6 +1,5 @@
-"""Animations of one impact from its history alone: `animate` writes a page (HTML) or a film."""
+"""Animations are made from a time history: a page that moves, a GIF, an MP4."""
 
-from drake_racket.animation.settings import AnimationSettings
-from drake_racket.animation.write import animate
+import lazy_loader
 
-__all__ = ["AnimationSettings", "animate"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

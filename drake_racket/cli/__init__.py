@@ -12,8 +12,7 @@ from typing import Any, NoReturn
 import typer
 
 from drake_racket.cli import animate, identify, impact, plot, show, sweep, validate
-from drake_racket.engines.drake.engine import SimulationError
-from drake_racket.io.errors import InputError, WorkStopped, one_line
+from drake_racket.io.errors import InputError, SimulationError, WorkStopped, one_line
 from drake_racket.io.interrupts import exit_status, terminable
 
 app = typer.Typer(

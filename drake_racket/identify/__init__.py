@@ -1,1 +1,5 @@
-"""Fits the model's parameters to measurements."""
+"""Identification fits parameters of ball, frame, strings and friction to measurements."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

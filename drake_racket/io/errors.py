@@ -29,6 +29,10 @@ class InputError(ValueError):
         return type(self), (self.key, self.value, self.allowed)
 
 
+class SimulationError(RuntimeError):
+    """A run that could not be finished; the message says where it stopped and why."""
+
+
 class WorkStopped(RuntimeError):
     """Work that cannot go on, for a reason that lies not in its input; the message is one line."""
 

@@ -1,5 +1,5 @@
-"""Pictures, made from data alone. One module per subject; `style` has what they share."""
+"""Figures of impacts, experiments and studies; none needs a display."""
 
-from drake_racket.plots.log.impact import impact_figure
+import lazy_loader
 
-__all__ = ["impact_figure"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

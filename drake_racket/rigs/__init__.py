@@ -1,1 +1,5 @@
-"""The laboratory: one module per experiment. A rig sets a test up as the source did and runs it."""
+"""The rigs are the paper's experiments: each runs, and gives labelled data."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,22 +1,5 @@
-"""Sweeps: many impacts as data, with durable results. See docs/sweeps.md."""
+"""Sweeps run many impacts as data, with durable results. See docs/sweeps.md."""
 
-from drake_racket.io.progress import Progress
-from drake_racket.sweep.export import export_sweep, flat
-from drake_racket.sweep.outputs import OUTPUTS, Output
-from drake_racket.sweep.run import SweepStopped, run_grid, run_sweep
-from drake_racket.sweep.spec import Sweep, load_sweep, make_sweep, parse_sweep
+import lazy_loader
 
-__all__ = [
-    "OUTPUTS",
-    "Output",
-    "Progress",
-    "Sweep",
-    "SweepStopped",
-    "export_sweep",
-    "flat",
-    "load_sweep",
-    "make_sweep",
-    "parse_sweep",
-    "run_grid",
-    "run_sweep",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

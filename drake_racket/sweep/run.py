@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_racket.engines.drake.engine import SimulationError
-from drake_racket.io.errors import InputError, WorkStopped
+from drake_racket.io.errors import InputError, SimulationError, WorkStopped
 from drake_racket.io.files import check_directory, directory_error
 from drake_racket.io.interrupts import undisturbed
 from drake_racket.io.progress import Progress, Report

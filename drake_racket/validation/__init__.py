@@ -1,11 +1,5 @@
-"""Published numbers against the model: `drake-racket validate`.
+"""The validation compares the model with published numbers. See docs/validation/report.md."""
 
-`published` reads the numbers, `sections` computes the model's with the rigs, `rows` compares, `run`
-goes through all of it, `report` writes it down.
-"""
+import lazy_loader
 
-from drake_racket.validation.published import PublishedValue, load_published
-from drake_racket.validation.rows import Comparison, compare
-from drake_racket.validation.run import SECTIONS, validate
-
-__all__ = ["SECTIONS", "Comparison", "PublishedValue", "compare", "load_published", "validate"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

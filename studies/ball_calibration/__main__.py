@@ -10,10 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_racket import write_figure, write_netcdf
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.parameters.ball import load_ball
+from drake_racket import check_directory, load_ball, one_line_errors, write_figure, write_netcdf
 from studies.ball_calibration.calibration import (
     DAMPINGS,
     STIFFNESSES,

@@ -16,12 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.engines.clamped.batch import Array, contact_constants, make_bed, make_impacts, run
-from drake_racket.io.errors import InputError
-from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.parameters.ball import BallParameters, load_ball
-from drake_racket.parameters.racket import RACKETS, TENSIONS, load_racket
-from drake_racket.rigs.force_plate.force import closed_form
+from drake_racket import RACKETS, TENSIONS, BallParameters, InputError, load_ball, load_racket
+from drake_racket.engines import Array, contact_constants, make_bed, make_impacts, run
+from drake_racket.laws import POINT_NUMBERS
+from drake_racket.rigs import closed_form
 
 if TYPE_CHECKING:
     import xarray

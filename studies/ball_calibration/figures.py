@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.plots.style import BLUE, GREEN, ORANGE, PURPLE, VERMILION, new_figure
+from drake_racket.plots import BLUE, GREEN, ORANGE, PURPLE, VERMILION, new_figure
 from studies.ball_calibration.calibration import nearest, tolerance_needed
 
 if TYPE_CHECKING:

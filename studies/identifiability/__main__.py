@@ -12,11 +12,18 @@ from pathlib import Path
 
 import xarray
 
-from drake_racket import write_figure, write_netcdf, write_table
-from drake_racket.io.errors import InputError, one_line_errors
-from drake_racket.io.files import check_directory
-from drake_racket.parameters.ball import load_ball
-from drake_racket.parameters.racket import RACKETS, TENSIONS, load_racket
+from drake_racket import (
+    RACKETS,
+    TENSIONS,
+    InputError,
+    check_directory,
+    load_ball,
+    load_racket,
+    one_line_errors,
+    write_figure,
+    write_netcdf,
+    write_table,
+)
 from studies.identifiability import figures
 from studies.identifiability.cases import design_cases, measurement_cases
 from studies.identifiability.information import identifiability_dataset

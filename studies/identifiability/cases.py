@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from drake_racket.io.errors import InputError
+from drake_racket import InputError
 from studies.identifiability.measurements import QUANTITIES, Design, Errors
 
 BALL_CHOICES = ("held", "prior", "fitted")

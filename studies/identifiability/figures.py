@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.plots.style import BED_STYLES, BLUE, GREY, VERMILION, new_figure, tidy
+from drake_racket.plots import BED_STYLES, BLUE, GREY, VERMILION, new_figure, tidy
 
 if TYPE_CHECKING:
     import xarray

@@ -16,11 +16,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_racket.engines.clamped.batch import Array
-from drake_racket.io.errors import InputError
-from drake_racket.parameters.ball import BallParameters, load_ball
-from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
-from drake_racket.plant.racket import string_bed_model
+from drake_racket import (
+    RACKETS,
+    TENSIONS,
+    BallParameters,
+    InputError,
+    RacketParameters,
+    load_ball,
+    load_racket,
+    string_bed_model,
+)
+from drake_racket.engines import Array
 from studies.identifiability.cases import Case
 from studies.identifiability.measurements import (
     BALL_NAMES,

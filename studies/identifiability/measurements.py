@@ -17,22 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_racket.engines.clamped.batch import (
-    Array,
-    Bed,
-    Outcome,
-    bed_parameters,
-    make_bed,
-    make_impacts,
-    run,
-)
-from drake_racket.io.errors import InputError
-from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.laws.strings import generalized_forces, spring_partials
-from drake_racket.parameters.ball import BallParameters
-from drake_racket.parameters.racket import RacketParameters
-from drake_racket.rigs.head_clamped import CANNON_SPEEDS
-from drake_racket.rigs.static_stiffness import MOST_FORCE, tangent_stiffness
+from drake_racket import BallParameters, InputError, RacketParameters
+from drake_racket.engines import Array, Bed, Outcome, bed_parameters, make_bed, make_impacts, run
+from drake_racket.laws import POINT_NUMBERS, generalized_forces, spring_partials
+from drake_racket.rigs import CANNON_SPEEDS, MOST_FORCE, tangent_stiffness
 
 QUANTITIES = ("restitution", "contact_time", "deflection", "static", "static_shape")
 """Of impacts: restitution, contact time, peak deflection of the string mass. Of the bed pressed

@@ -13,13 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_racket.engines.clamped.batch import Array, bed_parameters
-from drake_racket.identify.core.intervals import profile
-from drake_racket.identify.core.least_squares import fit
-from drake_racket.identify.core.problem import Parameter, check_count
-from drake_racket.io.errors import InputError
-from drake_racket.parameters.ball import BallParameters
-from drake_racket.parameters.racket import RacketParameters
+from drake_racket import BallParameters, InputError, RacketParameters
+from drake_racket.engines import Array, bed_parameters
+from drake_racket.identify import Parameter, check_count, fit, profile
 from studies.identifiability.cases import Case
 from studies.identifiability.information import analyse
 from studies.identifiability.measurements import Block, measure

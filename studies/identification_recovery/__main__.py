@@ -17,14 +17,17 @@ from pathlib import Path
 import numpy as np
 import xarray
 
-from drake_racket import load_ball, load_racket, write_figure, write_netcdf
-from drake_racket.identify.core.search import Search
-from drake_racket.identify.report.outputs import markdown_table
-from drake_racket.identify.report.string_figures import coverage_figure
-from drake_racket.identify.strings.string_bed import fit_string_bed
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory, write_text
-from drake_racket.io.progress import Progress
+from drake_racket import (
+    Progress,
+    check_directory,
+    load_ball,
+    load_racket,
+    one_line_errors,
+    write_figure,
+    write_netcdf,
+    write_text,
+)
+from drake_racket.identify import Search, coverage_figure, fit_string_bed, markdown_table
 from studies.identification_recovery import recovery
 from studies.synthetic_laboratory.laboratory import Noise, restitution_table
 

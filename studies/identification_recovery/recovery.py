@@ -14,19 +14,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.engines.clamped.batch import bed_parameters
-from drake_racket.identify.ball.fit import fit_ball
-from drake_racket.identify.core.estimate import Estimate
-from drake_racket.identify.core.search import Search, determined
-from drake_racket.identify.frame.fit import fit_frame, hammer_record
-from drake_racket.identify.strings.angle_table import AngleTable
-from drake_racket.identify.strings.friction import fit_friction
-from drake_racket.identify.strings.restitution_table import RestitutionTable
-from drake_racket.identify.strings.string_bed import StringBedFit, fit_string_bed
-from drake_racket.io.progress import Progress, Report
-from drake_racket.io.signals import Signal
-from drake_racket.parameters.ball import BallParameters
-from drake_racket.parameters.racket import RacketParameters
+from drake_racket import BallParameters, Progress, RacketParameters, Report, Signal
+from drake_racket.engines import bed_parameters
+from drake_racket.identify import (
+    AngleTable,
+    Estimate,
+    RestitutionTable,
+    Search,
+    StringBedFit,
+    determined,
+    fit_ball,
+    fit_frame,
+    fit_friction,
+    fit_string_bed,
+    hammer_record,
+)
 from studies.synthetic_laboratory.laboratory import Noise, oblique_table, restitution_table
 from studies.synthetic_laboratory.records import hammer_strikes, plate_impacts
 

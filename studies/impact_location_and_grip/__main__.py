@@ -17,19 +17,19 @@ from pathlib import Path
 import numpy as np
 import xarray
 
-from drake_racket.cases.case import changed
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import (
+from drake_racket import (
+    GRIPS,
+    JOINT_TORQUES,
+    Progress,
+    changed,
     check_directory,
+    one_line_errors,
     write_figure,
     write_netcdf,
     write_table,
     write_text,
 )
-from drake_racket.io.progress import Progress
-from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.limbs.torques import JOINT_TORQUES
-from drake_racket.parameters.grip import GRIPS
+from drake_racket.laws import POINT_NUMBERS
 from studies.impact_location_and_grip.figures import (
     grip_histories,
     joint_histories,

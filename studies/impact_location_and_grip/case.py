@@ -16,12 +16,9 @@ from numpy.typing import NDArray
 from pydrake.math import RollPitchYaw
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from drake_racket.cases.diagram import ImpactDiagram
-from drake_racket.engines.drake.engine import SimulationError
-from drake_racket.laws.limits import limit_torques
-from drake_racket.limbs.limits import limit_law
-from drake_racket.parameters.scenario import Scenario
-from drake_racket.results.impact import ImpactResult
+from drake_racket import ImpactDiagram, ImpactResult, Scenario, SimulationError
+from drake_racket.laws import limit_torques
+from drake_racket.limbs import limit_law
 
 if TYPE_CHECKING:
     import xarray

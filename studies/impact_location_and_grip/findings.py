@@ -16,7 +16,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from drake_racket.parameters.grip import load_grip
+from drake_racket import load_grip
 
 if TYPE_CHECKING:
     import xarray

@@ -18,20 +18,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.cases.case import load_scenario
-from drake_racket.io.errors import InputError
-from drake_racket.io.files import netcdf_bytes, read_netcdf
-from drake_racket.io.fingerprint import as_text, computation, digest
-from drake_racket.io.progress import Progress, Report
-from drake_racket.io.shipped import data_directory
-from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.parameters.grip import GRIPS
-from drake_racket.parameters.scenario import Scenario
-from drake_racket.pool import check_workers, leave_if_imported_again
-from drake_racket.store import KeptResults
-from drake_racket.sweep.cases import make_plan
-from drake_racket.sweep.runner import run_cases
-from drake_racket.sweep.spec import Sweep, make_sweep
+from drake_racket import (
+    GRIPS,
+    InputError,
+    KeptResults,
+    Progress,
+    Report,
+    Scenario,
+    as_text,
+    check_workers,
+    computation,
+    data_directory,
+    digest,
+    leave_if_imported_again,
+    load_scenario,
+    netcdf_bytes,
+    read_netcdf,
+)
+from drake_racket.laws import POINT_NUMBERS
+from drake_racket.sweep import Sweep, make_plan, make_sweep, run_cases
 from studies.impact_location_and_grip.case import (
     HISTORIES,
     LATE,

@@ -17,10 +17,16 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
-from drake_racket.io.errors import InputError, one_line_errors
-from drake_racket.io.files import check_directory, replace_file, write_figure, write_netcdf
-from drake_racket.io.progress import Progress
-from drake_racket.parameters.racket import load_racket
+from drake_racket import (
+    InputError,
+    Progress,
+    check_directory,
+    load_racket,
+    one_line_errors,
+    replace_file,
+    write_figure,
+    write_netcdf,
+)
 from studies.spring_assignment import ranking as ranking_of
 from studies.spring_assignment.assignments import GROUPINGS, all_assignments, assignment_of
 from studies.spring_assignment.figures import assignment_figure

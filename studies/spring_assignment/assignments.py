@@ -25,10 +25,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.io.errors import InputError
-from drake_racket.laws.bed import grid_topology, spring_formula
-from drake_racket.parameters.racket import RacketParameters
-from drake_racket.plant.racket import string_bed_model
+from drake_racket import InputError, RacketParameters, string_bed_model
+from drake_racket.laws import grid_topology, spring_formula
 
 INTERIOR: dict[str, tuple[str, ...]] = {
     "centre main": ("2-5", "5-8"),

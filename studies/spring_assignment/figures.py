@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.plots.style import BLUE, GREY, ORANGE, SKY, VERMILION, new_figure, tidy
+from drake_racket.plots import BLUE, GREY, ORANGE, SKY, VERMILION, new_figure, tidy
 from studies.spring_assignment.ranking import shares
 
 if TYPE_CHECKING:

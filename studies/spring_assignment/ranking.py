@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from drake_racket.io.errors import InputError
-from drake_racket.io.progress import Report
-from drake_racket.parameters.racket import load_racket
+from drake_racket import InputError, Report, load_racket
 from studies.spring_assignment.assignments import (
     GROUPINGS,
     INTERIOR,

@@ -18,15 +18,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.engines.clamped.batch import Bed, Impacts, make_impacts, run
-from drake_racket.io.fingerprint import as_text, computation, digest
-from drake_racket.io.progress import Progress, Report
-from drake_racket.parameters.ball import BallParameters, load_ball
-from drake_racket.parameters.quantities import Quantity
-from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
-from drake_racket.plant.racket import string_bed_model
-from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
-from drake_racket.store import KeptResults
+from drake_racket import (
+    RACKETS,
+    TENSIONS,
+    BallParameters,
+    KeptResults,
+    Progress,
+    Quantity,
+    RacketParameters,
+    Report,
+    StringBedModel,
+    as_text,
+    computation,
+    digest,
+    load_ball,
+    load_racket,
+    spring_constants,
+    string_bed_model,
+)
+from drake_racket.engines import Bed, Impacts, make_impacts, run
 from studies.spring_assignment.assignments import (
     RIM,
     SpringAssignment,

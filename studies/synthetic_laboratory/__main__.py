@@ -14,13 +14,19 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_racket.engines.clamped.batch import bed_parameters
-from drake_racket.io.errors import InputError, one_line_errors
-from drake_racket.io.files import check_directory, write_netcdf, write_text
-from drake_racket.parameters.ball import BallParameters, load_ball
-from drake_racket.parameters.racket import RacketParameters, load_racket
-from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS
-from drake_racket.rigs.head_clamped import ANGLE_READINGS, CANNON_SPEEDS
+from drake_racket import (
+    BallParameters,
+    InputError,
+    RacketParameters,
+    check_directory,
+    load_ball,
+    load_racket,
+    one_line_errors,
+    write_netcdf,
+    write_text,
+)
+from drake_racket.engines import bed_parameters
+from drake_racket.rigs import ANGLE_READINGS, CANNON_SPEEDS, DIRECTIONS
 from studies.synthetic_laboratory import laboratory as lab
 from studies.synthetic_laboratory import records
 

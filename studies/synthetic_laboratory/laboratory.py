@@ -28,13 +28,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.engines.clamped.batch import make_bed, make_impacts, run
-from drake_racket.io.errors import InputError
-from drake_racket.io.files import replace_file
-from drake_racket.laws.bed import POINT_NUMBERS
-from drake_racket.parameters.ball import BallParameters
-from drake_racket.parameters.racket import RacketParameters
-from drake_racket.rigs.head_clamped import CANNON_SPEEDS, STROKES, stroke_axis
+from drake_racket import BallParameters, InputError, RacketParameters, replace_file
+from drake_racket.engines import make_bed, make_impacts, run
+from drake_racket.laws import POINT_NUMBERS
+from drake_racket.rigs import CANNON_SPEEDS, STROKES, stroke_axis
 
 if TYPE_CHECKING:
     import xarray

@@ -7,17 +7,23 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_racket.engines.clamped.batch import contact_constants
-from drake_racket.identify.ball.impacts import BallImpact
-from drake_racket.io.errors import InputError
-from drake_racket.io.signals import Signal
-from drake_racket.parameters.ball import BallParameters
-from drake_racket.parameters.racket import RacketParameters
-from drake_racket.rigs.force_plate.force import AFTER, BEFORE, closed_form, sample_times
-from drake_racket.rigs.force_plate.force import SAMPLE_RATE as PLATE_RATE
-from drake_racket.rigs.hammer.force import INFERRED_LENGTH, INFERRED_PEAK, half_sine
-from drake_racket.rigs.hammer.impact_hammer import DURATION, SAMPLE_RATE, make_hammer_rig
-from drake_racket.rigs.head_clamped import CANNON_SPEEDS
+from drake_racket import BallParameters, InputError, RacketParameters, Signal
+from drake_racket.engines import contact_constants
+from drake_racket.identify import BallImpact
+from drake_racket.rigs import (
+    AFTER,
+    BEFORE,
+    CANNON_SPEEDS,
+    DURATION,
+    HAMMER_SAMPLE_RATE,
+    INFERRED_LENGTH,
+    INFERRED_PEAK,
+    PLATE_SAMPLE_RATE,
+    closed_form,
+    half_sine,
+    make_hammer_rig,
+    sample_times,
+)
 from studies.synthetic_laboratory.laboratory import Noise, check_request, write_columns
 
 HAMMER_BEFORE = 2e-3
@@ -31,7 +37,7 @@ def plate_impacts(
     speeds: Sequence[float] = CANNON_SPEEDS,
     repeats: int = 1,
     noise: Noise | None = None,
-    rate: float = PLATE_RATE,
+    rate: float = PLATE_SAMPLE_RATE,
 ) -> list[BallImpact]:
     """Impacts on a rigid force plate (`rigs.plate_force`): force over time and measured speed.
 
@@ -65,7 +71,7 @@ def hammer_strikes(
     *,
     strikes: int = 3,
     noise: Noise | None = None,
-    rate: float = SAMPLE_RATE,
+    rate: float = HAMMER_SAMPLE_RATE,
     duration: float = DURATION,
 ) -> list[tuple[Signal, Signal]]:
     """Strikes with the impact hammer (`rigs.impact_hammer`): force in, acceleration out.

@@ -12,11 +12,22 @@ from pathlib import Path
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_racket.io.errors import one_line_errors
-from drake_racket.io.files import check_directory, write_figure, write_netcdf, write_table
-from drake_racket.limbs.upper_limb import GRIP_ROTATIONS, add_upper_limb
-from drake_racket.limbs.upper_limb_posture import limb_posture, segment_dataset, set_posture
-from drake_racket.parameters.limb import JOINTS, load_upper_limb
+from drake_racket import (
+    JOINTS,
+    check_directory,
+    load_upper_limb,
+    one_line_errors,
+    write_figure,
+    write_netcdf,
+    write_table,
+)
+from drake_racket.limbs import (
+    GRIP_ROTATIONS,
+    add_upper_limb,
+    limb_posture,
+    segment_dataset,
+    set_posture,
+)
 from studies.upper_limb.figures import upper_limb_figure
 
 # an example, not a measured one: racket level and out to the side, strings facing forward

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.plots.style import BLUE, GREEN, GREY, VERMILION, new_figure, tidy
+from drake_racket.plots import BLUE, GREEN, GREY, VERMILION, new_figure, tidy
 
 if TYPE_CHECKING:
     import xarray

@@ -118,7 +118,7 @@ def test_files_of_a_fit(sticking: FrictionFit, tmp_path: Path) -> None:
     assert all(path.is_file() for path in paths)
     racket = load_racket(str(tmp_path / "racket.yaml"))
     mu = racket.friction.coefficients
-    assert mu.value == [e.value for e in sticking.estimates.values()]
+    assert mu.value == tuple(e.value for e in sticking.estimates.values())
     assert mu.status == "fitted"
     assert "mu3: not determined by these data (95 % interval" in mu.source
     assert racket.string_bed == load_racket().string_bed

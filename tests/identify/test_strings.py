@@ -308,7 +308,7 @@ def test_undetermined_values_are_marked(tmp_path: Path) -> None:
     back = read_racket(path)
     assert back.name == "mine"
     own = racket.string_bed.stiffness.value
-    assert back.string_bed.stiffness.value == [1.5e5, 3e5, own[2], own[3]]
+    assert back.string_bed.stiffness.value == (1.5e5, 3e5, own[2], own[3])
     source = back.string_bed.stiffness.source
     assert "k1: 95 % interval 130000 to 170000 N/m" in source
     assert "k2: not determined by these data (no finite 95 % interval)" in source

@@ -14,7 +14,7 @@ from drake_racket.cases.diagram import ImpactDiagram
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
 from drake_racket.engines.drake.observe import Moving, Observer, State
 from drake_racket.engines.trajectory import Trajectory
-from drake_racket.io.errors import InputError
+from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.laws.phases import PHASE
 from drake_racket.limbs.striking import limits_are_ours
 from drake_racket.parameters.scenario import IntegratorSettings, check_integrator
@@ -23,11 +23,7 @@ MOST_STEPS = 5_000_000
 """A run that takes more steps than this is stopped with an error."""
 
 
-class SimulationError(RuntimeError):
-    """A run that could not be finished; the message says where it stopped and why."""
-
-
-def run(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -> Trajectory:
+def run_drake(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -> Trajectory:
     """Runs one case.
 
     Args:

@@ -28,7 +28,7 @@ from scipy.integrate import trapezoid
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal, pulse_extent
 
-SAMPLE_RATE = 65e3
+PLATE_SAMPLE_RATE = 65e3
 """Hz (Glynn et al. 2011, Methods)."""
 
 BEFORE, AFTER = 1e-3, 5e-3

@@ -37,7 +37,7 @@ from drake_racket.plant.systems.ball_contact import BallContact
 from drake_racket.rigs.force_plate.force import (
     AFTER,
     BEFORE,
-    SAMPLE_RATE,
+    PLATE_SAMPLE_RATE,
     closed_form,
     sample_times,
 )
@@ -79,7 +79,7 @@ class PlateImpact:
         return self.rebound_speed / self.speed
 
     def sampled(
-        self, rate: float = SAMPLE_RATE, *, before: float = BEFORE, after: float = AFTER
+        self, rate: float = PLATE_SAMPLE_RATE, *, before: float = BEFORE, after: float = AFTER
     ) -> Signal:
         """The force as a plate records it: zero before touch (t = 0) and after release.
 
@@ -219,7 +219,7 @@ def plate_dataset(
     speeds: Sequence[float] = CANNON_SPEEDS,
     ball: BallParameters | None = None,
     *,
-    rate: float = SAMPLE_RATE,
+    rate: float = PLATE_SAMPLE_RATE,
     settings: IntegratorSettings = STEP,
 ) -> xarray.Dataset:
     """Impacts at several speeds, each beside its closed form.

@@ -28,8 +28,8 @@ from pydrake.multibody.tree import FixedOffsetFrame, Frame
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
-from drake_racket.engines.drake.engine import SimulationError, configure_integrator
-from drake_racket.io.errors import InputError
+from drake_racket.engines.drake.engine import configure_integrator
+from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plant.racket import Racket, add_racket
@@ -44,7 +44,7 @@ DIRECTIONS = {"in_plane": (0.0, 1.0, 0.0), "out_of_plane": (0.0, 0.0, 1.0)}
 DURATION = 0.1
 """s (Glynn et al. 2011, Methods)."""
 
-SAMPLE_RATE = 20e3
+HAMMER_SAMPLE_RATE = 20e3
 """Hz; inferred: more than a hundred samples per period of the modes."""
 
 STEP = IntegratorSettings("runge_kutta5", maximum_step=5e-5, error_control=False)
@@ -70,7 +70,7 @@ class HammerRig:
         *,
         joint: tuple[float, float] | None = None,
         duration: float = DURATION,
-        rate: float = SAMPLE_RATE,
+        rate: float = HAMMER_SAMPLE_RATE,
         settings: IntegratorSettings = STEP,
     ) -> xarray.Dataset:
         """Strikes the racket at rest.
@@ -246,7 +246,7 @@ def hammer_dataset(
     *,
     place: float | None = None,
     duration: float = DURATION,
-    rate: float = SAMPLE_RATE,
+    rate: float = HAMMER_SAMPLE_RATE,
 ) -> xarray.Dataset:
     """One strike; arguments and errors as `make_hammer_rig` and `HammerRig.run`."""
     rig = make_hammer_rig(parameters, direction, pulse, place=place)

@@ -32,8 +32,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 from scipy.interpolate import CubicHermiteSpline
 
-from drake_racket.engines.drake.engine import SimulationError, configure_integrator
-from drake_racket.io.errors import InputError
+from drake_racket.engines.drake.engine import configure_integrator
+from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plant.racket import add_racket

@@ -1,0 +1,2 @@
+from .settings import AnimationSettings as AnimationSettings
+from .write import animate as animate

@@ -1,0 +1,13 @@
+from .clamped.batch import Array as Array
+from .clamped.batch import Bed as Bed
+from .clamped.batch import Impacts as Impacts
+from .clamped.batch import Outcome as Outcome
+from .clamped.batch import bed_parameters as bed_parameters
+from .clamped.batch import contact_constants as contact_constants
+from .clamped.batch import make_bed as make_bed
+from .clamped.batch import make_impacts as make_impacts
+from .clamped.batch import run as run
+from .drake.engine import run_drake as run_drake
+from .trajectory import Mechanism as Mechanism
+from .trajectory import Motion as Motion
+from .trajectory import Trajectory as Trajectory

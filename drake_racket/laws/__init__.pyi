@@ -1,0 +1,10 @@
+from .bed import POINT_NUMBERS as POINT_NUMBERS
+from .bed import BedTopology as BedTopology
+from .bed import grid_topology as grid_topology
+from .bed import rest_lengths as rest_lengths
+from .bed import spring_formula as spring_formula
+from .limits import limit_torques as limit_torques
+from .strings import generalized_forces as generalized_forces
+from .strings import spring_energy as spring_energy
+from .strings import spring_law as spring_law
+from .strings import spring_partials as spring_partials

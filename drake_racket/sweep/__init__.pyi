@@ -1,0 +1,17 @@
+from .cases import make_plan as make_plan
+from .export import export_sweep as export_sweep
+from .export import flat as flat
+from .outputs import OUTPUTS as OUTPUTS
+from .outputs import Output as Output
+from .run import SweepStopped as SweepStopped
+from .run import run_grid as run_grid
+from .run import run_sweep as run_sweep
+from .runner import run_cases as run_cases
+from .sensitivity import SobolDesign as SobolDesign
+from .sensitivity import Span as Span
+from .sensitivity import sobol_design as sobol_design
+from .sensitivity import sobol_indices as sobol_indices
+from .spec import Sweep as Sweep
+from .spec import load_sweep as load_sweep
+from .spec import make_sweep as make_sweep
+from .spec import parse_sweep as parse_sweep
