@@ -24,7 +24,7 @@ check: $(VENV)/.installed-test
 	$(BIN)/mypy
 
 sdf: $(VENV)/.installed-test
-	$(BIN)/python -c 'from drake_racket.plant.sdf import write_shipped_models as w; w()'
+	$(BIN)/python -c 'from drake_racket.limbs.shipped import write_shipped_models as w; w()'
 
 # ensures the virtual environment, then installs one extra into it
 $(VENV)/.installed-%: pyproject.toml

@@ -16,6 +16,7 @@ from drake_racket.io.shipped import data_directory, sdf_directory
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = {
+    "speeds.yaml",
     "backhand.yaml",
     "ball_penn_titanium.yaml",
     "grip_loose.yaml",

@@ -20,6 +20,7 @@ import numpy as np
 from drake_racket.io.errors import InputError
 from drake_racket.io.fingerprint import digest
 from drake_racket.io.schema import read
+from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, load_text
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.grip import GripStiffness
@@ -28,6 +29,9 @@ from drake_racket.parameters.overrides import check_known, parameter_keys
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import Scenario, check_integrator
 from drake_racket.parameters.stroke import check_tip
+
+SCENARIOS = ("backhand",)
+"""Names of the shipped scenarios."""
 
 
 @dataclass(frozen=True)
@@ -128,10 +132,15 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
 def load_scenario(path: str | Path) -> Scenario:
     """Reads and checks a scenario file; keys that it leaves out keep their defaults.
 
+    Args:
+        path: of the file, or the name of a shipped scenario: `backhand`.
+
     Raises:
         InputError: naming the key, the value and what is allowed.
 
     """
+    if str(path) in SCENARIOS:
+        path = data_directory() / f"{path}.yaml"
     return resolve(load_file(Path(path), Scenario), str(path)).scenario
 
 

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import io
 import sys
-from typing import Any, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 
-from drake_racket.cli import animate, identify, impact, plot, show, sweep, validate
+from drake_racket.cli import animate, examples, identify, impact, plot, show, sweep, validate
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped, one_line
 from drake_racket.io.interrupts import exit_status, terminable
 
@@ -27,9 +27,34 @@ for command in (
     sweep.sweep,
     show.show,
     validate.validate,
+    examples.examples,
 ):
     app.command()(command)
 app.add_typer(identify.app, name="identify")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"drake-racket {version('drake-racket')}, Drake {version('drake')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            is_eager=True,
+            callback=_print_version,
+            help="Print the versions of the package and of Drake.",
+        ),
+    ] = False,
+) -> None:
+    """Tennis racket and ball impacts, after Glynn, King & Mitchell (2011)."""
+
 
 # click's class for wrong options and arguments; typer carries its own copy or imports click
 _UsageError: Any = typer.BadParameter.__bases__[0]

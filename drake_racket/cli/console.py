@@ -43,6 +43,16 @@ def ending_on_signals(text: str) -> Iterator[None]:
 
 
 @contextmanager
+def working(text: str) -> Iterator[None]:
+    """Shows on a terminal's standard error that something is being done."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    with Console(stderr=True).status(f"{text} ..."):
+        yield
+
+
+@contextmanager
 def showing(describe: Describe, *, quiet: bool = False) -> Iterator[Report]:
     """Shows on standard error how far a command is: a bar a task on a terminal, lines elsewhere.
 

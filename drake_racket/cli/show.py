@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import new_console
-from drake_racket.parameters.ball import load_ball
-from drake_racket.parameters.quantities import (
-    Assignment,
-    Choice,
-    Quantities,
-    Quantity,
-    sourced_fields,
-)
-from drake_racket.parameters.racket import check_racket, load_racket
-from drake_racket.plant.properties import RacketProperties, racket_properties
+
+if TYPE_CHECKING:
+    from drake_racket.parameters.quantities import Assignment, Choice, Quantities, Quantity
+    from drake_racket.plant.properties import RacketProperties
 
 
 def show(
@@ -29,8 +23,12 @@ def show(
     ] = None,
 ) -> None:
     """Prints a racket's parameters with their sources, and what follows from them."""
+    from drake_racket.parameters.ball import load_ball
+    from drake_racket.parameters.quantities import sourced_fields
+    from drake_racket.parameters.racket import load_racket
+    from drake_racket.plant.properties import racket_properties
+
     parameters = load_racket(racket, tension, joint_reading=joint_reading)
-    check_racket(parameters, racket)
     console = new_console()
     console.print(f"[bold]{escape(parameters.title)}[/]")
     console.print(_properties_table(racket_properties(parameters)))
@@ -61,6 +59,8 @@ def _properties_table(properties: RacketProperties) -> Table:
 
 
 def _parameter_table(parameters: object) -> Table:
+    from drake_racket.parameters.quantities import sourced_fields
+
     table = Table(box=None, pad_edge=False, header_style="bold")
     for column in ("parameter", "value", "unit", "status", "source"):
         table.add_column(column, no_wrap=column in ("parameter", "unit", "status"), overflow="fold")
@@ -78,6 +78,8 @@ def _parameter_table(parameters: object) -> Table:
 
 
 def _shown(value: Quantity | Quantities | Choice | Assignment) -> str:
+    from drake_racket.parameters.quantities import Choice, Quantities, Quantity
+
     if isinstance(value, Quantity):
         return f"{value.value:g}"
     if isinstance(value, Quantities):

@@ -255,8 +255,7 @@ def _at(schema: Any, place: tuple[int | str, ...]) -> Any:
     """The dataclass at a place below a schema."""
     for part in place:
         if isinstance(part, int):
-            schema = typing.get_args(schema)[0]
-            continue
+            continue  # of a list whose items are the schema
         schema = typing.get_type_hints(schema).get(str(part), schema)
         inner = [a for a in typing.get_args(schema) if dataclasses.is_dataclass(a)]
         if inner and not dataclasses.is_dataclass(schema):

@@ -6,6 +6,7 @@ A continuous plant ignores joint limits. A discrete plant enforces them itself: 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -42,7 +43,7 @@ class LimitCoordinates:
     num_velocities: int
 
 
-@TemplateSystem.define("JointLimits_")
+@TemplateSystem.define("JointLimits_", scope=sys.modules[__name__])
 def JointLimits_(T: Any) -> Any:
     """The limits as a LeafSystem on the scalar type T; `JointLimits` is that on float."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from drake_racket.laws.totals import LOST_JOINTS, LOST_LIMITS, TORQUE_WORK
 from drake_racket.limbs.limb import Limb
 
 
-@TemplateSystem.define("LimbPower_")
+@TemplateSystem.define("LimbPower_", scope=sys.modules[__name__])
 def LimbPower_(T: Any) -> Any:
     """The meter as a LeafSystem on the scalar type T; `LimbPower` is that on float."""
 

@@ -15,9 +15,6 @@ from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.tree import Frame, JacobianWrtVariable
 from pydrake.solvers import SnoptSolver
 from pydrake.systems.framework import Context
-from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
-from scipy.stats import qmc
 
 from drake_racket.limbs.limb import Limb
 from drake_racket.parameters.stroke import PoseTarget, Vector, face_angles
@@ -114,6 +111,8 @@ def find_posture(hand: HandKinematics, target: PoseTarget, guess: Vector) -> Pos
 def _starts(hand: HandKinematics, guess: Vector) -> list[Vector]:
     lower = np.where(np.isfinite(hand.lower), hand.lower, guess - _UNLIMITED)
     upper = np.where(np.isfinite(hand.upper), hand.upper, guess + _UNLIMITED)
+    from scipy.stats import qmc  # slow to import, and rarely needed
+
     spread = qmc.Halton(len(guess), scramble=False).random(STARTS)[1:]  # its first is the corner
     return [guess, *(lower + spread * (upper - lower))]
 
@@ -181,6 +180,8 @@ def _residual(hand: HandKinematics, target: PoseTarget, q: Vector) -> Vector:
     off = (X_WC.translation() - target.position)[p_asked]
     if R_asked is not None:
         turn = X_WC.rotation() @ RotationMatrix(R_asked).transpose()
+        from scipy.spatial.transform import Rotation
+
         return np.concatenate([off, Rotation.from_matrix(turn.matrix()).as_rotvec()])
     asked = ~np.isnan(target.angles)
     turn = (face_angles(X_WC.rotation().matrix()) - target.angles)[asked]
@@ -245,6 +246,8 @@ def _nearest_miss(hand: HandKinematics, target: PoseTarget, q: Vector) -> Postur
 
     if free.any():
         inside = np.clip(q[free], np.nextafter(lower, np.inf), np.nextafter(upper, -np.inf))
+        from scipy.optimize import least_squares  # slow to import
+
         nearest[free] = least_squares(residual, inside, bounds=(lower, upper)).x
     error = _residual(hand, target, nearest)
     return Posture(nearest, error, len(q) - _rank(hand, target, nearest))

@@ -68,10 +68,10 @@ def check_integrator(
 ) -> None:
     """Checks the settings' ranges, steps up to `longest` (s); raises InputError."""
     settings = read(settings, IntegratorSettings, where)
-    number_between(f"{where}: maximum_step", settings.maximum_step, 1e-7, longest, "s")
+    number_between(f"{where}.maximum_step", settings.maximum_step, 1e-7, longest, "s")
     if settings.scheme == "runge_kutta2" and settings.error_control:
         raise InputError(
-            f"{where}: error_control", True, "false with runge_kutta2, which estimates no error"
+            f"{where}.error_control", True, "false with runge_kutta2, which estimates no error"
         )
 
 

@@ -13,12 +13,9 @@ from dataclasses import dataclass
 from pydrake.math import RotationMatrix
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
-from drake_racket.io.files import write_text
-from drake_racket.io.shipped import sdf_directory
-from drake_racket.limbs.upper_limb_sdf import shipped_limb_models
-from drake_racket.parameters.ball import BallParameters, load_ball
+from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.frame import AXES, FrameJoint, bushing_constants
-from drake_racket.parameters.racket import RACKETS, Part, RacketParameters, load_racket
+from drake_racket.parameters.racket import Part, RacketParameters
 
 
 @dataclass(frozen=True)
@@ -214,20 +211,3 @@ def _frame_chain(joints: Sequence[FrameJoint]) -> tuple[list[str], list[str]]:
 def _bushing(name: str, values: Sequence[float]) -> str:
     text = " ".join(repr(value) if value else "0" for value in values)
     return f"      <drake:bushing_{name}>{text}</drake:bushing_{name}>"
-
-
-def shipped_models() -> dict[str, str]:
-    """File name -> text of the models under sdf/.
-
-    A racket has one frame and one grid whatever its tension, so it has one model. The upper limb
-    has a right and a left one.
-    """
-    models = {f"racket_{r}.sdf": racket_sdf(load_racket(r), f"racket_{r}") for r in RACKETS}
-    models["ball.sdf"] = ball_sdf(load_ball(), "ball")
-    return models | shipped_limb_models()
-
-
-def write_shipped_models() -> None:
-    """Writes the shipped models."""
-    for name, text in shipped_models().items():
-        write_text(text, sdf_directory() / name)

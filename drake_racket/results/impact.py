@@ -26,6 +26,7 @@ from drake_racket.results.energy import (
 )
 from drake_racket.results.history import make_history
 from drake_racket.results.kinematics import handle_accelerations
+from drake_racket.results.summary import summary_text
 
 if TYPE_CHECKING:
     import xarray
@@ -34,7 +35,7 @@ COUPLE_WARNING = 1e-3  # of the initial kinetic energy
 ENERGY_WARNING = 1e-3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ImpactResult:
     """One impact. Vectors are in the racket's initial frame R; SI units, angles in radians.
 
@@ -100,6 +101,15 @@ class ImpactResult:
     steps: int
     evaluations: int
     history: xarray.Dataset | None = dataclasses.field(repr=False)
+
+    def summary(self) -> str:
+        """The result in words, as the command line prints it."""
+        return summary_text(self)
+
+    def __repr__(self) -> str:
+        """What was hit, and how fast the ball left."""
+        speed = float(np.linalg.norm(self.rebound_velocity))
+        return f"ImpactResult(point {self.point}, rebound {speed:.2f} m/s)"
 
     def to_json(self) -> dict[str, Any]:
         """Everything but the history, as JSON's own types."""

@@ -185,8 +185,9 @@ def _set(scenario: Scenario, key: Key, value: Value) -> Scenario:
 
 
 def _replaced(node: Any, path: list[str], value: Value) -> Any:
-    if isinstance(node, list):
-        return [value if letter == path[0] else x for letter, x in zip(_XYZ, node, strict=True)]
+    if isinstance(node, tuple):
+        pairs = zip(_XYZ, node, strict=True)
+        return tuple(value if letter == path[0] else x for letter, x in pairs)
     if isinstance(node, dict):
         return node | {".".join(path): value}
     if path[1:]:

@@ -26,7 +26,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drake_racket import cli
+from drake_racket import cli, simulation
 from drake_racket.cases.case import changed, load_scenario, parse_scenario
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import data_directory
@@ -812,7 +812,7 @@ def run_main(*arguments: str, simulate: Callable[..., Any] | None = None) -> Out
     status: object = 0
     with (
         mock.patch.object(sys, "argv", ["drake-racket", *arguments]),
-        mock.patch.object(cli.impact, "simulate", simulate),
+        mock.patch.object(simulation, "simulate", simulate),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
     ):
@@ -935,7 +935,7 @@ def test_typing_errors_are_one_line_too(arguments):
     ("arguments", "fragment"),
     [
         (["frobnicate"], "frobnicate"),
-        (["--version", "please"], "--version"),
+        (["--versions"], "--versions"),
         (["show"], "racket"),
         (["show", "tour", "--json"], "--json"),
         (["show", "wooden"], "racket: got 'wooden'"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +14,9 @@ import numpy as np
 import pytest
 import xarray
 
-from drake_racket import Scenario, cli, simulate
+from drake_racket import Scenario, cli, load_racket, load_scenario, simulate, simulation
 from drake_racket.laws.bed import grid_topology
+from drake_racket.sweep import load_sweep
 
 AFTER = 0.006  # s: the contact and a little ringing
 
@@ -82,7 +84,7 @@ def no_simulation(monkeypatch):
     def refuse(scenario):
         raise AssertionError("a simulation was started")
 
-    monkeypatch.setattr(cli.impact, "simulate", refuse)
+    monkeypatch.setattr(simulation, "simulate", refuse)
 
 
 @pytest.fixture(scope="module")
@@ -406,3 +408,31 @@ def test_a_terminal_without_the_degree_sign():
     )
     assert (done.returncode, done.stderr) == (0, b"")
     assert b"swingweight   338.8 kg cm?" in done.stdout
+
+
+def test_the_version_is_told(capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["drake-racket", "--version"])
+    cli.main()
+    told = capsys.readouterr().out
+    assert re.fullmatch(r"drake-racket \d+\.\d+\.\d+\S*, Drake \d+\.\d+\.\d+\n", told)
+
+
+def test_shipped_scenarios_are_there_by_name_and_as_files(tmp_path, run, run_well):
+    out = tmp_path / "mine"
+    run_well("examples", str(out))
+    assert load_scenario(out / "backhand.yaml") == load_scenario("backhand")
+    assert len(load_sweep(out / "speeds.yaml")) == 12
+    assert load_racket(str(out / "tour_low.yaml")) == load_racket("tour")
+    (out / "speeds.yaml").write_text("mine")
+    status, _, stderr = run("examples", str(out))
+    assert status == 2
+    assert "a directory without" in stderr
+    assert (out / "speeds.yaml").read_text() == "mine"
+
+
+def test_a_result_says_what_the_command_line_prints():
+    result = simulate(Scenario(after=AFTER), history=False)
+    lines = result.summary().splitlines()
+    assert lines[0].startswith("Rebound speed")
+    assert f"{np.linalg.norm(result.rebound_velocity):.2f} m/s" in lines[0]
+    assert repr(result).startswith("ImpactResult(point 5, rebound ")

@@ -22,8 +22,8 @@ from drake_racket.limbs.limits import add_joint_limits, limit_law
 from drake_racket.limbs.upper_limb import add_upper_limb
 from drake_racket.limbs.upper_limb_posture import set_posture
 from drake_racket.parameters.limb import JOINTS, load_upper_limb
+from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plant.compose import connect_forces
-from drake_racket.simulation import IntegratorSettings
 
 LOWER, UPPER, K, D = -0.5, 0.8, 120.0, 0.4
 INERTIA = 0.09  # kg m^2, of the one-joint limb

@@ -10,9 +10,9 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import add_to_package_map, sdf_directory
+from drake_racket.limbs import shipped as shipped_sdf
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.racket import load_racket
-from drake_racket.plant import sdf as sdf_writer
 from drake_racket.plant.ball import add_ball
 from drake_racket.plant.racket import add_racket, find_racket
 
@@ -57,25 +57,25 @@ def inertia_about_com(body) -> np.ndarray:
 
 
 def test_the_committed_files_are_what_the_writer_writes():
-    models = sdf_writer.shipped_models()
+    models = shipped_sdf.shipped_models()
     committed = {path.name: path.read_bytes() for path in sdf_directory().glob("*.sdf")}
     assert {name: text.encode("utf-8") for name, text in models.items()} == committed
 
 
 def test_the_writer_writes_those_files(tmp_path, monkeypatch):
-    monkeypatch.setattr(sdf_writer, "sdf_directory", lambda: tmp_path)
-    sdf_writer.write_shipped_models()
+    monkeypatch.setattr(shipped_sdf, "sdf_directory", lambda: tmp_path)
+    shipped_sdf.write_shipped_models()
     written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    expected = {name: text.encode() for name, text in sdf_writer.shipped_models().items()}
+    expected = {name: text.encode() for name, text in shipped_sdf.shipped_models().items()}
     assert written == expected
 
 
 def test_a_model_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
-    monkeypatch.setattr(sdf_writer, "sdf_directory", lambda: tmp_path)
-    monkeypatch.setattr(sdf_writer, "shipped_models", lambda: {"a.sdf": "new\ud800"})
+    monkeypatch.setattr(shipped_sdf, "sdf_directory", lambda: tmp_path)
+    monkeypatch.setattr(shipped_sdf, "shipped_models", lambda: {"a.sdf": "new\ud800"})
     (tmp_path / "a.sdf").write_text("old")
     with pytest.raises(UnicodeEncodeError):  # as good a failure as a full disk
-        sdf_writer.write_shipped_models()
+        shipped_sdf.write_shipped_models()
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.sdf": "old"}
 
 

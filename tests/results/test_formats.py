@@ -14,7 +14,7 @@ import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_racket import InputError, Scenario, cli, simulate
+from drake_racket import InputError, Scenario, cli, simulate, simulation
 from drake_racket.results.formats import FORMATS, racket_of, read_history, write_history
 from drake_racket.results.history import VARIABLE_DIMENSIONS
 
@@ -384,7 +384,7 @@ def run(monkeypatch, capsys):
 
 
 def test_impact_writes_the_formats_it_is_asked_for(run, tmp_path, monkeypatch, result):
-    monkeypatch.setattr(cli.impact, "simulate", lambda scenario: result)
+    monkeypatch.setattr(simulation, "simulate", lambda scenario: result)
     out = tmp_path / "out"
     assert run("impact", "--out", str(out), "--format", "sto,nc, sto") == (0, "")
     written = {path.name for path in Path(out).iterdir()}
@@ -395,7 +395,7 @@ def test_impact_writes_the_formats_it_is_asked_for(run, tmp_path, monkeypatch, r
 
 @pytest.mark.parametrize("formats", ["xls", "", "nc,,csv"])
 def test_impact_refuses_other_formats_before_it_starts(run, tmp_path, monkeypatch, formats):
-    monkeypatch.setattr(cli.impact, "simulate", None)
+    monkeypatch.setattr(simulation, "simulate", None)
     out = tmp_path / "out"
     status, error = run("impact", "--out", str(out), "--format", formats)
     assert status == 2

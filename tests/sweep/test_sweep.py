@@ -22,9 +22,9 @@ from drake_racket import InputError, IntegratorSettings, Scenario, SimulationErr
 from drake_racket.cli.sweep import sweep as sweep_command
 from drake_racket.io.files import replace_file
 from drake_racket.io.fingerprint import computation, difference
+from drake_racket.io.progress import Progress
 from drake_racket.sweep import (
     OUTPUTS,
-    Progress,
     SweepStopped,
     flat,
     load_sweep,
@@ -348,7 +348,7 @@ def test_nested_keys_are_set():
         "near": {"key": "racket.string_bed.spring.4-5", "values": [3.0], "relative": True},
     }
     scenario = make_sweep(Scenario(), axes).scenario(0)
-    assert scenario.gravity == [0.0, 0.0, -9.81]
+    assert scenario.gravity == (0.0, 0.0, -9.81)
     assert scenario.integrator.accuracy == 1e-3
     assert scenario.limb.stroke.guess_deg == {"elbow": 30.0}
     assert scenario.audit is False

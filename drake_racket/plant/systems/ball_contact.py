@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any
 
 import numpy as np
@@ -58,7 +59,7 @@ from drake_racket.laws.phases import (
 )
 
 
-@TemplateSystem.define("BallContact_")
+@TemplateSystem.define("BallContact_", scope=sys.modules[__name__])
 def BallContact_(T: Any) -> Any:
     """The ball contact as a LeafSystem on the scalar type T; `BallContact` is that on float."""
     spatial_force = SpatialForce_[T]  # looked up once: it is called at every evaluation

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from drake_racket.laws.totals import GRIP, LOST_JOINT, LOST_STRINGS, TOTALS
 from drake_racket.plant.compose import Impact
 
 
-@TemplateSystem.define("EnergyMeter_")
+@TemplateSystem.define("EnergyMeter_", scope=sys.modules[__name__])
 def EnergyMeter_(T: Any) -> Any:
     """The meter as a LeafSystem on the scalar type T; `EnergyMeter` is that on float."""
 

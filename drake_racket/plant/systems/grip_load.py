@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.plant.grip import Grip
 
 
-@TemplateSystem.define("GripLoad_")
+@TemplateSystem.define("GripLoad_", scope=sys.modules[__name__])
 def GripLoad_(T: Any) -> Any:
     """The load as a LeafSystem on the scalar type T; `GripLoad` is that on float."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -10,7 +11,7 @@ from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 
-@TemplateSystem.define("StepProbe_")
+@TemplateSystem.define("StepProbe_", scope=sys.modules[__name__])
 def StepProbe_(T: Any) -> Any:
     """The probe as a LeafSystem on the scalar type T; `StepProbe` is that on float."""
 

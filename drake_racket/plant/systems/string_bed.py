@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,7 +76,7 @@ class StringCoordinates:
 _COMPILED = compiled(add_generalized_forces) if HAS_NUMBA else None
 
 
-@TemplateSystem.define("StringBed_")
+@TemplateSystem.define("StringBed_", scope=sys.modules[__name__])
 def StringBed_(T: Any) -> Any:
     """The string-bed as a LeafSystem. See `StringBed` for ports and parameters."""
 

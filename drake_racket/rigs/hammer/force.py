@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -118,7 +119,7 @@ def sampled_pulse(signal: Signal) -> Pulse:
     )
 
 
-@TemplateSystem.define("HammerForce_")
+@TemplateSystem.define("HammerForce_", scope=sys.modules[__name__])
 def HammerForce_(T: Any) -> Any:
     """The hammer as a LeafSystem on the scalar type T; `HammerForce` is that on float."""
 
