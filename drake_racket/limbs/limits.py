@@ -21,6 +21,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.laws.limits import limit_energies, limit_losses, limit_torques
 from drake_racket.limbs.limb import Limb
 from drake_racket.parameters.limb import JOINTS, load_upper_limb
+from drake_racket.plant.systems.scalars import on_float
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def JointLimits_(T: Any) -> Any:
     return Impl
 
 
-JointLimits = JointLimits_[float]
+JointLimits = on_float(JointLimits_)
 
 
 def add_joint_limits(

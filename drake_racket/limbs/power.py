@@ -13,6 +13,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.laws.totals import LOST_JOINTS, LOST_LIMITS, TORQUE_WORK
 from drake_racket.limbs.limb import Limb
+from drake_racket.plant.systems.scalars import on_float
 
 
 @TemplateSystem.define("LimbPower_", scope=sys.modules[__name__])
@@ -64,7 +65,7 @@ def LimbPower_(T: Any) -> Any:
     return Impl
 
 
-LimbPower = LimbPower_[float]
+LimbPower = on_float(LimbPower_)
 
 
 def make_limb_power(plant: MultibodyPlant, limb: Limb) -> Any:

@@ -13,6 +13,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_racket.io.errors import InputError
 from drake_racket.laws.totals import GRIP, LOST_JOINT, LOST_STRINGS, TOTALS
 from drake_racket.plant.compose import Impact
+from drake_racket.plant.systems.scalars import on_float
 
 
 @TemplateSystem.define("EnergyMeter_", scope=sys.modules[__name__])
@@ -79,7 +80,7 @@ def EnergyMeter_(T: Any) -> Any:
     return Impl
 
 
-EnergyMeter = EnergyMeter_[float]
+EnergyMeter = on_float(EnergyMeter_)
 
 
 def add_energy_meter(

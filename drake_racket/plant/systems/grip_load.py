@@ -15,6 +15,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.io.errors import InputError
 from drake_racket.plant.grip import Grip
+from drake_racket.plant.systems.scalars import on_float
 
 
 @TemplateSystem.define("GripLoad_", scope=sys.modules[__name__])
@@ -115,7 +116,7 @@ def GripLoad_(T: Any) -> Any:
     return Impl
 
 
-GripLoad = GripLoad_[float]
+GripLoad = on_float(GripLoad_)
 
 
 def bushing_constants(bushing: Any, plant_context: Any) -> Any:

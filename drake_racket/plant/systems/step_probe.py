@@ -10,6 +10,8 @@ from typing import Any
 from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from drake_racket.plant.systems.scalars import on_float
+
 
 @TemplateSystem.define("StepProbe_", scope=sys.modules[__name__])
 def StepProbe_(T: Any) -> Any:
@@ -42,4 +44,4 @@ def StepProbe_(T: Any) -> Any:
     return Impl
 
 
-StepProbe = StepProbe_[float]
+StepProbe = on_float(StepProbe_)

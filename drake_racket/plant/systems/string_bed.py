@@ -21,6 +21,7 @@ from drake_racket.laws.strings import (
     stored_energy,
     tensions,
 )
+from drake_racket.plant.systems.scalars import on_float
 
 
 @dataclass(frozen=True)
@@ -179,7 +180,7 @@ def StringBed_(T: Any) -> Any:
     return Impl
 
 
-StringBed = StringBed_[float]
+StringBed = on_float(StringBed_)
 
 
 def _as_slice(indices: NDArray[np.int64]) -> Any:

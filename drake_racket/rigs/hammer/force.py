@@ -20,6 +20,7 @@ from scipy.integrate import trapezoid
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal, pulse_extent
+from drake_racket.plant.systems.scalars import on_float
 
 MOST_FORCE = 5e3  # N
 MOST_SAMPLES = 50_000
@@ -201,7 +202,7 @@ def HammerForce_(T: Any) -> Any:
     return Impl
 
 
-HammerForce = HammerForce_[float]
+HammerForce = on_float(HammerForce_)
 
 
 def _half_sine(time: Any, numbers: Any) -> Any:
