@@ -98,7 +98,7 @@ def strings(
     table = _restitution(file, select, keep_repeats, speed_sigma)
     known = load_racket(racket, tension), load_ball(ball)
     wanted, first = names(free), numbers(begin, "--start")
-    journal = prepare(out, fresh)
+    checkpoint = prepare(out, fresh)
     with running(out, "%", 100.0) as report:
         fit = fit_string_bed(
             table,
@@ -108,7 +108,7 @@ def strings(
             span=span,
             options=options,
             profiles=profiles,
-            journal=journal,
+            checkpoint=checkpoint,
             progress=report,
         )
     paths = write_string_bed(fit, out, today(), name=name)
@@ -147,10 +147,10 @@ def tension(
     options = _options(starts=starts, seed=seed, workers=workers, rescale=rescale)
     table = _restitution(file, select, keep_repeats, speed_sigma)
     known = load_racket(racket, tension), load_ball(ball)
-    journal = prepare(out, fresh)
+    checkpoint = prepare(out, fresh)
     with running(out, "%", 100.0) as report:
         fit = fit_tension(
-            table, *known, start=start, options=options, journal=journal, progress=report
+            table, *known, start=start, options=options, checkpoint=checkpoint, progress=report
         )
     paths = write_string_bed(fit, out, today(), name=name, stringing_tension=strung_at)
     show(fit.estimates, f"{100.0 * fit.rms:.4g} % of restitution", fit.warnings, paths)
@@ -199,7 +199,7 @@ def friction(
     table = _angles(file, select, keep_repeats)
     known = load_racket(racket, tension), load_ball(ball)
     first = numbers(begin, "--start")
-    journal = prepare(out, fresh)
+    checkpoint = prepare(out, fresh)
     with running(out, "deg") as report:
         fit = fit_friction(
             table,
@@ -207,7 +207,7 @@ def friction(
             start=first,
             reading=reading,
             options=options,
-            journal=journal,
+            checkpoint=checkpoint,
             progress=report,
         )
     paths = write_friction(fit, out, today(), name=name)

@@ -64,13 +64,13 @@ def prepare(out: Path, fresh: bool) -> Path:
         InputError: it cannot be written.
 
     """
-    from drake_racket.identify.report.outputs import JOURNAL
+    from drake_racket.identify.report.outputs import CHECKPOINT
 
     check_directory(out, "--out")
-    journal = out / JOURNAL
-    if fresh and journal.is_dir():
-        shutil.rmtree(journal)
-    return journal
+    checkpoint = out / CHECKPOINT
+    if fresh and checkpoint.is_dir():
+        shutil.rmtree(checkpoint)
+    return checkpoint
 
 
 @contextmanager
@@ -79,7 +79,7 @@ def running(out: Path, unit: str, scale: float = 1.0, *, kept: bool = True) -> I
 
     Args:
         unit, scale: of the RMS as it is shown.
-        kept: the fit keeps a journal in `out`.
+        kept: the fit keeps a checkpoint in `out`.
 
     """
 
@@ -95,7 +95,7 @@ def running(out: Path, unit: str, scale: float = 1.0, *, kept: bool = True) -> I
         with ending_on_signals(go_on), showing(text) as report:
             yield report
     except InputError as error:
-        if error.key != "journal" and not isinstance(error, OtherComputation):
+        if error.key != "checkpoint" and not isinstance(error, OtherComputation):
             raise
         raise InputError(error.key, error.value, f"{error.allowed}; or --fresh") from None
 

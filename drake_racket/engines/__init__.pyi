@@ -1,7 +1,7 @@
 from .clamped.batch import Array as Array
 from .clamped.batch import Bed as Bed
 from .clamped.batch import Impacts as Impacts
-from .clamped.batch import Outcome as Outcome
+from .clamped.batch import Rebounds as Rebounds
 from .clamped.batch import bed_parameters as bed_parameters
 from .clamped.batch import contact_constants as contact_constants
 from .clamped.batch import make_bed as make_bed

@@ -37,7 +37,7 @@ _NUMBERS_AS_TEXT = {"tension": "N", "point": ""}  # a text that may be a number,
 
 
 @dataclass(frozen=True)
-class Column:
+class AxisColumn:
     """The values of one key along an axis; with `relative` they are factors."""
 
     key: Key
@@ -59,7 +59,7 @@ class SweepAxis:
     """
 
     name: str
-    columns: tuple[Column, ...]
+    columns: tuple[AxisColumn, ...]
     labels: tuple[Value, ...]
     joint: bool
 
@@ -175,7 +175,7 @@ def _between(
     return np.asarray(ends, dtype=float)
 
 
-def _column(key: Key, settings: Mapping[str, Any], values: Sequence[Any], where: str) -> Column:
+def _column(key: Key, settings: Mapping[str, Any], values: Sequence[Any], where: str) -> AxisColumn:
     """Values of one key, checked for their type and unit."""
     relative = settings.get("relative", False)
     if not isinstance(relative, bool):
@@ -190,7 +190,7 @@ def _column(key: Key, settings: Mapping[str, Any], values: Sequence[Any], where:
         allowed = f"{unit} for {key.name}" + (" relative to the base" if relative else "")
         raise InputError(f"{where}.unit", given, allowed if unit else f"no unit for {key.name}")
     checked = tuple(_value(x, key, unit, f"{where}.values[{i}]") for i, x in enumerate(values))
-    return Column(key, checked, unit, relative)
+    return AxisColumn(key, checked, unit, relative)
 
 
 def _needed_unit(key: Key, values: Sequence[Any], relative: bool) -> str:

@@ -25,7 +25,7 @@ from drake_racket.io.extras import has_library
 from drake_racket.io.files import replace_file, write_netcdf, write_table, write_text
 from drake_racket.io.fingerprint import as_text, difference, digest
 from drake_racket.store import StoreReader
-from drake_racket.sweep.axes import Column, SweepAxis
+from drake_racket.sweep.axes import AxisColumn, SweepAxis
 from drake_racket.sweep.identity import fingerprint
 from drake_racket.sweep.spec import Sweep
 from drake_racket.sweep.store import case_rows, read_sweep
@@ -109,7 +109,7 @@ def _coordinates(axis: SweepAxis) -> dict[str, Any]:
     return found
 
 
-def _attributes(column: Column) -> dict[str, str]:
+def _attributes(column: AxisColumn) -> dict[str, str]:
     name = column.key.name
     text = f"factor of {name}" if column.relative else name
     return {"units": column.unit, "long_name": text, "key": name}

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_racket import BallParameters, InputError, RacketParameters
-from drake_racket.engines import Array, Bed, Outcome, bed_parameters, make_bed, make_impacts, run
+from drake_racket.engines import Array, Bed, Rebounds, bed_parameters, make_bed, make_impacts, run
 from drake_racket.laws import POINT_NUMBERS, generalized_forces, spring_partials
 from drake_racket.rigs import CANNON_SPEEDS, MOST_FORCE, tangent_stiffness
 
@@ -186,7 +186,7 @@ def _impact_blocks(
     }
 
 
-def _column(outcome: Outcome, name: str, sigma: float, scale: Array) -> Block:
+def _column(outcome: Rebounds, name: str, sigma: float, scale: Array) -> Block:
     values, slopes = outcome.column(name)
     return Block(values, np.full(len(values), sigma), slopes * scale)
 

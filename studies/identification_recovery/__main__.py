@@ -159,13 +159,13 @@ def annealing_table(evaluations: int) -> str:
     rows: list[tuple[str, ...]] = []
 
     def run(
-        name: str, span: float, options: Search, journal: Path | None = None, before: float = 0.0
+        name: str, span: float, options: Search, checkpoint: Path | None = None, before: float = 0.0
     ) -> float:
         """Adds a row; returns its seconds, those of the part that it goes on from included."""
         began = time.monotonic()
         start = {"T0": 500.0, "k3": 3e5, "k4": 4e5}
         fit = fit_string_bed(
-            table, racket, ball, start=start, span=span, options=options, journal=journal
+            table, racket, ball, start=start, span=span, options=options, checkpoint=checkpoint
         )
         seconds = before + time.monotonic() - began
         chains = fit.result.convergence
@@ -188,10 +188,10 @@ def annealing_table(evaluations: int) -> str:
     for seed, span in (*((seed, NARROW) for seed in range(ANNEALINGS)), (0, WIDE)):
         options = Search(method="annealing", seed=seed, evaluations=evaluations)
         with tempfile.TemporaryDirectory() as directory:  # the second goes on where the first ended
-            journal = Path(directory)
-            spent = run(f"annealing, seed {seed}", span, options, journal)
+            checkpoint = Path(directory)
+            spent = run(f"annealing, seed {seed}", span, options, checkpoint)
             polished = replace(options, polish=True)
-            run(f"annealing, seed {seed}, then least squares", span, polished, journal, spent)
+            run(f"annealing, seed {seed}, then least squares", span, polished, checkpoint, spent)
     header = (
         "method",
         "bounds: start / and x",

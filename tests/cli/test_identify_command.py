@@ -154,17 +154,17 @@ def test_ball_frame_and_friction(tmp_path: Path) -> None:
         assert json.loads((tmp_path / name / "result.json").read_text())
 
 
-def evaluations(journal: Path) -> int:
-    """How many values the files of a journal have."""
+def evaluations(checkpoint: Path) -> int:
+    """How many values the files of a checkpoint have."""
     count = 0
-    for path in journal.glob("*.sqlite"):
+    for path in checkpoint.glob("*.sqlite"):
         with contextlib.closing(sqlite3.connect(path)) as database:
             count += database.execute("SELECT count(*) FROM evaluations").fetchone()[0]
     return count
 
 
 def kill_and_go_on(arguments: list[str], out: Path, log: Path) -> None:
-    """Runs the command, kills it when a journal's log has some values, and runs it to its end."""
+    """Runs the command, kills it when a checkpoint's log has some values, and runs it to its end."""
     code = "import sys; from drake_racket.cli.identify import app; app(sys.argv[1:])"
     command = [sys.executable, "-c", code, *arguments, "--out", str(out)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
@@ -194,6 +194,6 @@ def test_killed_fit_ends_with_the_same_answer(method: str, measured: Path, tmp_p
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     call(*arguments, "--out", whole)
     name = "chain_00" if method == "annealing" else "start_02"
-    kill_and_go_on(arguments, parts, parts / "journal" / f"{name}.sqlite-wal")
+    kill_and_go_on(arguments, parts, parts / "checkpoint" / f"{name}.sqlite-wal")
     assert results(parts) == results(whole)
     assert (parts / "racket.yaml").read_text() == (whole / "racket.yaml").read_text()

@@ -1,4 +1,4 @@
-"""Least squares, annealing, intervals and journals on small problems with known answers."""
+"""Least squares, annealing, intervals and checkpoints on small problems with known answers."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
-from drake_racket.identify.core import journal as journal_module
+from drake_racket.identify.core import checkpoint as checkpoint_module
 from drake_racket.identify.core.annealing import Chain, anneal
+from drake_racket.identify.core.checkpoint import Checkpoint
 from drake_racket.identify.core.covariance import uncertainty
 from drake_racket.identify.core.intervals import profile, profile_interval
-from drake_racket.identify.core.journal import Journal
 from drake_racket.identify.core.least_squares import fit
 from drake_racket.identify.core.problem import Parameter, Scale
 from drake_racket.identify.core.result import FitResult
@@ -497,7 +497,7 @@ def test_chains_have_random_numbers_of_their_own() -> None:
             problem=decay(),
             number=number,
             point=np.full(3, 0.5),
-            journal=None,
+            checkpoint=None,
             seed=1,
             temperature=500.0,
             max_evaluations=40,
@@ -542,9 +542,9 @@ def test_progress_goes_from_nothing_to_one_and_the_rms_never_rises() -> None:
 def test_any_number_of_workers_gives_the_same_bits(tmp_path: Path) -> None:
     problem = decay()
     alone = fit(problem, starts=5)
-    shared = fit(problem, starts=5, workers=2, journal=tmp_path)
+    shared = fit(problem, starts=5, workers=2, checkpoint=tmp_path)
     assert same(alone, shared)
-    assert same(alone, fit(problem, starts=5, journal=tmp_path))
+    assert same(alone, fit(problem, starts=5, checkpoint=tmp_path))
     alone = anneal(problem, starts=3, max_evaluations=60, polish=True)
     shared = anneal(problem, starts=3, max_evaluations=60, polish=True, workers=2)
     assert same(alone, shared)
@@ -572,13 +572,13 @@ def test_killed_run_goes_on_where_it_was(kind: str, tmp_path: Path) -> None:
     """SIGKILL at some evaluation; the rerun repeats at most the one that was under way."""
     run = RUNS[kind]
     undisturbed = run(decay())
-    tally, journal = tmp_path / "tally", tmp_path / "journal"
+    tally, checkpoint = tmp_path / "tally", tmp_path / "checkpoint"
     run(decay(tally=tally))
     whole = len(tally.read_text())
     tally.unlink()
     for at in (whole // 3, 2 * whole // 3):  # twice
         child = multiprocessing.get_context("fork").Process(
-            target=run, args=(decay(tally=tally, pause=0.01),), kwargs={"journal": journal}
+            target=run, args=(decay(tally=tally, pause=0.01),), kwargs={"checkpoint": checkpoint}
         )
         child.start()
         while not tally.exists() or len(tally.read_text()) < at:
@@ -588,13 +588,13 @@ def test_killed_run_goes_on_where_it_was(kind: str, tmp_path: Path) -> None:
         child.join()
         assert child.exitcode == -signal.SIGKILL
         assert len(tally.read_text()) < whole
-    resumed = run(decay(tally=tally), journal=journal)
+    resumed = run(decay(tally=tally), checkpoint=checkpoint)
     assert same(resumed, undisturbed)
-    # an annealing chain's best point is evaluated again for its residuals, journal or not
+    # an annealing chain's best point is evaluated again for its residuals, checkpoint or not
     ends = len(resumed.convergence) if kind == "annealing" else 0
     assert len(tally.read_text()) <= whole + 2 + ends
     count = len(tally.read_text())
-    run(decay(tally=tally), journal=journal)  # finished: nothing else is evaluated
+    run(decay(tally=tally), checkpoint=checkpoint)  # finished: nothing else is evaluated
     assert len(tally.read_text()) - count == ends
 
 
@@ -606,7 +606,7 @@ from drake_racket.identify.core.least_squares import fit
 
 if __name__ == "__main__":
     out = Path(sys.argv[1])
-    fit(decay(tally=out / "tally", pause=0.3), starts=4, workers=2, journal=out / "journal")
+    fit(decay(tally=out / "tally", pause=0.3), starts=4, workers=2, checkpoint=out / "checkpoint")
 """
 
 
@@ -628,50 +628,50 @@ def test_workers_end_with_their_killed_parent_and_the_fit_is_resumed(tmp_path: P
     time.sleep(0.5)
     assert len(tally.read_text()) == count, "no worker goes on"
     problem = decay(tally=tally)
-    resumed = fit(problem, starts=4, journal=tmp_path / "journal")
+    resumed = fit(problem, starts=4, checkpoint=tmp_path / "checkpoint")
     assert same(resumed, fit(decay(), starts=4))
     assert len(tally.read_text()) <= resumed.evaluations + 2, "one under way in each worker"
 
 
-def test_interrupted_run_keeps_its_journal(tmp_path: Path) -> None:
+def test_interrupted_run_keeps_its_checkpoint(tmp_path: Path) -> None:
     def stop(now: Progress) -> None:
         if now.done > 0.1:
             raise KeyboardInterrupt
 
     tally = tmp_path / "tally"
     with pytest.raises(KeyboardInterrupt):
-        fit(decay(tally=tally), journal=tmp_path / "j", progress=stop)
-    resumed = fit(decay(tally=tally), journal=tmp_path / "j")
+        fit(decay(tally=tally), checkpoint=tmp_path / "j", progress=stop)
+    resumed = fit(decay(tally=tally), checkpoint=tmp_path / "j")
     assert same(resumed, fit(decay()))
     assert len(tally.read_text()) == resumed.evaluations
 
 
 def test_larger_budget_continues_an_annealing_run(tmp_path: Path) -> None:
     tally = tmp_path / "tally"
-    anneal(decay(tally=tally), max_evaluations=40, journal=tmp_path / "j")
+    anneal(decay(tally=tally), max_evaluations=40, checkpoint=tmp_path / "j")
     count = len(tally.read_text())
-    longer = anneal(decay(tally=tally), max_evaluations=100, journal=tmp_path / "j")
+    longer = anneal(decay(tally=tally), max_evaluations=100, checkpoint=tmp_path / "j")
     assert same(longer, anneal(decay(), max_evaluations=100))
     assert len(tally.read_text()) - count <= 61 * 4
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, FitResult]:
-    """A finished fit's journal and its result."""
+    """A finished fit's checkpoint and its result."""
     directory = tmp_path_factory.mktemp("finished")
-    result = fit(decay(), starts=1, journal=directory)
+    result = fit(decay(), starts=1, checkpoint=directory)
     return directory / "start_00.sqlite", result
 
 
 def records(path: Path) -> list[tuple[int, bytes, bytes, int]]:
-    """What is in a journal."""
+    """What is in a checkpoint."""
     with contextlib.closing(sqlite3.connect(path)) as database:
         return database.execute("SELECT * FROM evaluations ORDER BY number").fetchall()
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
-def test_damaged_journal_costs_evaluations_but_no_accuracy(
+def test_damaged_checkpoint_costs_evaluations_but_no_accuracy(
     finished: tuple[Path, FitResult], tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
     whole, result = finished
@@ -690,7 +690,7 @@ def test_damaged_journal_costs_evaluations_but_no_accuracy(
             spoilt = content[:byte] + bytes([content[byte] ^ 0x41]) + content[byte + 1 :]
             change = f"UPDATE evaluations SET {column} = ? WHERE number = ?"
             database.execute(change, (spoilt, at))
-    assert same(fit(decay(), starts=1, journal=damaged.parent), result)
+    assert same(fit(decay(), starts=1, checkpoint=damaged.parent), result)
     assert records(damaged) == records(whole)
 
 
@@ -706,41 +706,44 @@ def test_a_log_that_a_power_cut_has_cut_costs_evaluations_but_no_accuracy(tmp_pa
         for file in tmp_path.glob("start_00.sqlite*"):
             shutil.copy(file, copy)
 
-    result = fit(decay(), starts=1, journal=tmp_path, progress=keep)
+    result = fit(decay(), starts=1, checkpoint=tmp_path, progress=keep)
     whole = records(path)
     log = (copy / "start_00.sqlite-wal").read_bytes()
     for share in (0.0, 0.3, 0.6, 0.99):
         cut = tmp_path / f"cut_{share}"
         shutil.copytree(copy, cut)
         (cut / "start_00.sqlite-wal").write_bytes(log[: int(share * len(log))])
-        assert same(fit(decay(), starts=1, journal=cut), result)
+        assert same(fit(decay(), starts=1, checkpoint=cut), result)
         assert records(cut / path.name) == whole
 
 
-def test_a_journal_that_is_no_whole_file_is_refused_in_one_line(
+def test_a_checkpoint_that_is_no_whole_file_is_refused_in_one_line(
     finished: tuple[Path, FitResult], tmp_path: Path
 ) -> None:
     content = finished[0].read_bytes()
     (tmp_path / "start_00.sqlite").write_bytes(content[: 2 * 4096])
-    with pytest.raises(InputError, match="journal") as caught:
-        fit(decay(), starts=1, journal=tmp_path)
+    with pytest.raises(InputError, match="checkpoint") as caught:
+        fit(decay(), starts=1, checkpoint=tmp_path)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ("again", "key"),
     [
-        (lambda path: fit(decay(2), starts=1, journal=path), "problem"),
-        (lambda path: fit(decay(sigma=np.ones(40)), starts=1, journal=path), "sigma"),
-        (lambda path: fit(decay(), starts=1, tolerance=1e-8, journal=path), "settings.tolerance"),
-        (lambda path: fit(changed_bounds(), starts=1, journal=path), "parameters"),
+        (lambda path: fit(decay(2), starts=1, checkpoint=path), "problem"),
+        (lambda path: fit(decay(sigma=np.ones(40)), starts=1, checkpoint=path), "sigma"),
+        (
+            lambda path: fit(decay(), starts=1, tolerance=1e-8, checkpoint=path),
+            "settings.tolerance",
+        ),
+        (lambda path: fit(changed_bounds(), starts=1, checkpoint=path), "parameters"),
     ],
     ids=["data", "sigma", "tolerance", "bounds"],
 )
-def test_another_fits_journal_is_refused(
+def test_another_fits_checkpoint_is_refused(
     again: Callable[[Path], FitResult], key: str, tmp_path: Path
 ) -> None:
-    fit(decay(), starts=1, journal=tmp_path)
+    fit(decay(), starts=1, checkpoint=tmp_path)
     before = (tmp_path / "start_00.sqlite").read_bytes()
     with pytest.raises(OtherComputation, match=rf"{tmp_path}: {key}: got") as caught:
         again(tmp_path)
@@ -771,14 +774,14 @@ for changed in (
     file.write_text(before + "# another")
     computation.cache_clear()
     try:
-        fit(decay(), starts=1, journal=Path("journal"))
+        fit(decay(), starts=1, checkpoint=Path("checkpoint"))
     except OtherComputation as error:
         print(changed, error.key)
     file.write_text(before)
 """
 
 
-def test_a_journal_of_another_law_is_refused(tmp_path: Path) -> None:
+def test_a_checkpoint_of_another_law_is_refused(tmp_path: Path) -> None:
     """Whatever the package's version says: a law's source, and the problem's own, count."""
     for name in ("drake_racket", "sdf"):
         shutil.copytree(ROOT / name, tmp_path / name)
@@ -800,35 +803,35 @@ def changed_bounds() -> Decay:
     return problem
 
 
-def test_files_that_are_no_journal_are_refused_and_kept(tmp_path: Path) -> None:
+def test_files_that_are_no_checkpoint_are_refused_and_kept(tmp_path: Path) -> None:
     file = tmp_path / "start_00.sqlite"
     file.write_text("my notes\n")
     with pytest.raises(InputError, match="a file that a fit can be kept in"):
-        fit(decay(), starts=1, journal=tmp_path)
+        fit(decay(), starts=1, checkpoint=tmp_path)
     assert file.read_text() == "my notes\n"
     with pytest.raises(InputError, match="a directory"):
-        fit(decay(), journal=file)
-    with pytest.raises(InputError, match="journal: got"):
-        fit(decay(), journal=Path("/proc/nowhere"))
+        fit(decay(), checkpoint=file)
+    with pytest.raises(InputError, match="checkpoint: got"):
+        fit(decay(), checkpoint=Path("/proc/nowhere"))
 
 
-def test_journal_of_other_values_in_another_order_is_refused(tmp_path: Path) -> None:
+def test_checkpoint_of_other_values_in_another_order_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.sqlite"
-    with Journal(path, {"a": 1}) as journal:
-        journal.value("residuals", np.array([1.0]), lambda: np.array([2.0]))
+    with Checkpoint(path, {"a": 1}) as checkpoint:
+        checkpoint.value("residuals", np.array([1.0]), lambda: np.array([2.0]))
     with (
         pytest.raises(InputError, match="same computation"),
-        Journal(path, {"a": 1}) as journal,
+        Checkpoint(path, {"a": 1}) as checkpoint,
     ):
-        journal.value("residuals", np.array([1.0 + 1e-15]), lambda: np.array([2.0]))
+        checkpoint.value("residuals", np.array([1.0 + 1e-15]), lambda: np.array([2.0]))
 
 
-def test_journal_in_use_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(journal_module, "_LOCK_PATIENCE", 0.05)
+def test_checkpoint_in_use_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(checkpoint_module, "_LOCK_PATIENCE", 0.05)
     path = tmp_path / "a.sqlite"
-    with Journal(path, {}), pytest.raises(InputError, match="no other fit"):
-        Journal(path, {})
-    Journal(path, {}).close()
+    with Checkpoint(path, {}), pytest.raises(InputError, match="no other fit"):
+        Checkpoint(path, {})
+    Checkpoint(path, {}).close()
 
 
 # bad input
@@ -867,7 +870,7 @@ def test_bad_bounds_are_refused(lower: float, upper: float, start: float) -> Non
 )
 def test_bad_options_are_refused(options: dict[str, Any], key: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=f"^{key}: got"):
-        fit(decay(), journal=tmp_path / "j", **options)
+        fit(decay(), checkpoint=tmp_path / "j", **options)
     assert not (tmp_path / "j").exists()
 
 

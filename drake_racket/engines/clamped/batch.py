@@ -76,7 +76,7 @@ class Impacts:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Rebounds:
     """What a batch gives; the columns of `values` are `OUTPUTS`.
 
     Attributes:
@@ -117,7 +117,7 @@ class Outcome:
         return np.arctan2(along, normal), slope / square[:, None]
 
 
-def run(beds: Sequence[Bed], impacts: Impacts, *, step: float = STEP) -> Outcome:
+def run(beds: Sequence[Bed], impacts: Impacts, *, step: float = STEP) -> Rebounds:
     """Simulates a batch, compiled and on all cores where numba is installed.
 
     Without numba the same code runs as plain Python, some five hundred times slower: 0.1 s for an
@@ -149,7 +149,7 @@ def run(beds: Sequence[Bed], impacts: Impacts, *, step: float = STEP) -> Outcome
         out,
         jacobian,
     )
-    return Outcome(out[:, :6], jacobian, out[:, TOUCHES].astype(np.int64), out[:, ENDED] > 0.5)
+    return Rebounds(out[:, :6], jacobian, out[:, TOUCHES].astype(np.int64), out[:, ENDED] > 0.5)
 
 
 def _check(beds: Sequence[Bed], impacts: Impacts, step: float) -> None:

@@ -12,8 +12,8 @@ import numpy as np
 from scipy import optimize
 
 from drake_racket.identify.core.assemble import StartOutcome, make_result
+from drake_racket.identify.core.checkpoint import prepare_directory
 from drake_racket.identify.core.evaluator import Evaluator
-from drake_racket.identify.core.journal import prepare_directory
 from drake_racket.identify.core.least_squares import Descent
 from drake_racket.identify.core.problem import Array, Problem, Scale, check_count, check_problem
 from drake_racket.identify.core.result import FitResult
@@ -48,7 +48,7 @@ def anneal(
     workers: int = 1,
     max_evaluations: int = 20_000,
     temperature: float = TEMPERATURE,
-    journal: Path | None = None,
+    checkpoint: Path | None = None,
     progress: Report | None = None,
     polish: bool = False,
     rescale_sigma: bool = False,
@@ -70,14 +70,14 @@ def anneal(
         max_evaluations: of the residuals, per chain.
         temperature: at the start, in units of the energy, TEMPERATURES. A lower one narrows the
             search sooner.
-        journal: directory that keeps the evaluations. A run that was killed and started again
+        checkpoint: directory that keeps the evaluations. A run that was killed and started again
             with it ends with the same result, bit for bit; a larger `max_evaluations` continues.
         progress: called with how far it is; `total` is 1, `rms` the lowest so far.
         polish: let each chain go on by least squares with exact derivatives from its best point.
         rescale_sigma: as for `fit`.
 
     Raises:
-        InputError: a problem that cannot be fitted, bad options, or another run's journal.
+        InputError: a problem that cannot be fitted, bad options, or another run's checkpoint.
 
     """
     began = time.monotonic()
@@ -86,13 +86,13 @@ def anneal(
         check_count(key, value, least)
     check_count("max_evaluations", max_evaluations, 1)
     check_temperature("temperature", temperature)
-    prepare_directory(journal)
+    prepare_directory(checkpoint)
     chains = [
         Chain(
             problem=problem,
             number=number,
             point=point,
-            journal=None if journal is None else journal / f"chain_{number:02d}.sqlite",
+            checkpoint=None if checkpoint is None else checkpoint / f"chain_{number:02d}.sqlite",
             seed=seed,
             temperature=temperature,
             max_evaluations=max_evaluations,
@@ -139,9 +139,11 @@ class Chain(Start):
         return self._polished(annealed, report)
 
     def _annealed(self, report: Tell) -> StartOutcome:
-        with self.open_journal() as journal:
+        with self.open_checkpoint() as checkpoint:
             evaluator = Evaluator(
-                self.problem, journal, lambda n, rms: report(min(n / self.max_evaluations, 1), rms)
+                self.problem,
+                checkpoint,
+                lambda n, rms: report(min(n / self.max_evaluations, 1), rms),
             )
             first = evaluator.cost(self.point)
             if not np.isfinite(first):
@@ -166,7 +168,7 @@ class Chain(Start):
                 initial_temp=self.temperature,
                 **keywords,
             )
-        # the journal is closed: what follows depends on max_evaluations, what it holds does not
+        # the checkpoint is closed: what follows depends on max_evaluations, what it holds does not
         try:
             return self.ended(evaluator, " ".join(map(str, found.message)), converged=True)
         except FloatingPointError as error:
@@ -176,14 +178,14 @@ class Chain(Start):
         """Least squares from the best point of the annealing; records of both as one."""
         before = annealed.record
         point = Scale(self.problem.parameters).to_unit(before.estimates)
-        # another budget ends at another point: a journal for each
+        # another budget ends at another point: a checkpoint for each
         digest = hashlib.blake2b(point.tobytes(), digest_size=4).hexdigest()
         name = f"polish_{self.number:02d}_{digest}.sqlite"
         descent = Descent(
             problem=self.problem,
             number=self.number,
             point=point,
-            journal=None if self.journal is None else self.journal.parent / name,
+            checkpoint=None if self.checkpoint is None else self.checkpoint.parent / name,
             tolerance=_POLISH_TOLERANCE,
             max_evaluations=_POLISH_EVALUATIONS,
         )

@@ -1,4 +1,4 @@
-"""Residuals and derivatives on the search's scale, counted, journalled, and the best one kept."""
+"""Residuals and derivatives on the search's scale, counted, kept, and the best one kept."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drake_racket.identify.core.journal import Journal
+from drake_racket.identify.core.checkpoint import Checkpoint
 from drake_racket.identify.core.problem import Array, Problem, Scale
 from drake_racket.io.errors import InputError
 
@@ -23,7 +23,7 @@ class Evaluator:
     """
 
     def __init__(
-        self, problem: Problem, journal: Journal, report: Callable[[int, float], None]
+        self, problem: Problem, checkpoint: Checkpoint, report: Callable[[int, float], None]
     ) -> None:
         self.problem = problem
         self.scale = Scale(problem.parameters)
@@ -32,14 +32,14 @@ class Evaluator:
         self.best_cost, self.best_rms = np.inf, np.inf
         self.best_residuals = np.empty(0)
         self.history: list[tuple[float, float]] = []
-        self._journal = journal
+        self._checkpoint = checkpoint
         self._report = report
         self._jacobian: tuple[Array, Array] | None = None
 
     def residuals(self, u: Array) -> Array:
         """(m,) residuals, each over its sigma; not finite where the model has no solution."""
         x = self.scale.from_unit(u)
-        found = self._journal.value("residuals", x, lambda: self._checked_residuals(x))
+        found = self._checkpoint.value("residuals", x, lambda: self._checked_residuals(x))
         weighted = self._weighted(found)
         self._count(x, *_cost_and_rms(weighted, found), found)
         return weighted
@@ -52,7 +52,7 @@ class Evaluator:
             found = self._checked_residuals(x)
             return np.array(_cost_and_rms(self._weighted(found), found))
 
-        cost, rms = map(float, self._journal.value("cost", x, compute))
+        cost, rms = map(float, self._checkpoint.value("cost", x, compute))
         self._count(x, cost, rms, np.empty(0))
         return cost if np.isfinite(cost) else np.inf
 
@@ -96,7 +96,7 @@ class Evaluator:
     def _jacobian_at(self, x: Array) -> Array:
         if self._jacobian is None or not np.array_equal(self._jacobian[0], x):
             count = len(self.problem.parameters)
-            found = self._journal.value("jacobian", x, lambda: self._checked_jacobian(x))
+            found = self._checkpoint.value("jacobian", x, lambda: self._checked_jacobian(x))
             self._jacobian = x, found.reshape(-1, count)
         return self._jacobian[1]
 

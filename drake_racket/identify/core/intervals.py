@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import optimize
 
+from drake_racket.identify.core.checkpoint import Checkpoint
 from drake_racket.identify.core.covariance import CONFIDENCE, quantile
 from drake_racket.identify.core.evaluator import Evaluator
-from drake_racket.identify.core.journal import Journal
 from drake_racket.identify.core.problem import Array, Parameter, Problem, Scale
 from drake_racket.io.errors import InputError
 
@@ -183,7 +183,7 @@ class _Walk:
         held = self._best.copy()
         held[self.index] = value
         whole[self.index] = self._scale.to_unit(held)[self.index]
-        evaluator = Evaluator(self.problem, Journal(None, {}), lambda count, rms: None)
+        evaluator = Evaluator(self.problem, Checkpoint(None, {}), lambda count, rms: None)
 
         def full(u: Array) -> Array:
             point = whole.copy()

@@ -11,8 +11,8 @@ import numpy as np
 from scipy import optimize
 
 from drake_racket.identify.core.assemble import StartOutcome, make_result
+from drake_racket.identify.core.checkpoint import prepare_directory
 from drake_racket.identify.core.evaluator import Evaluator
-from drake_racket.identify.core.journal import prepare_directory
 from drake_racket.identify.core.problem import Array, Problem, check_count, check_problem
 from drake_racket.identify.core.result import FitResult
 from drake_racket.identify.core.starts import Start, Tell, run_starts, start_points
@@ -26,7 +26,7 @@ def fit(
     starts: int = 8,
     seed: int = 0,
     workers: int = 1,
-    journal: Path | None = None,
+    checkpoint: Path | None = None,
     progress: Report | None = None,
     tolerance: float = 1e-12,
     max_evaluations: int = 200,
@@ -37,12 +37,12 @@ def fit(
     The search is in `Scale`'s numbers: the way between the bounds, logarithmic where the bounds
     are positive and more than a factor 10 apart. The first start is the problem's own, the others
     are a Latin hypercube between the bounds. The result is the same, bit for bit, for any number
-    of workers, and for a run that was killed and started again with the same journal.
+    of workers, and for a run that was killed and started again with the same checkpoint.
 
     Args:
         workers: processes that share the starts (started by spawn: a script needs the usual
             `if __name__ == "__main__":`).
-        journal: directory that keeps the evaluations, one file per start.
+        checkpoint: directory that keeps the evaluations, one file per start.
         progress: called with how far it is; `total` is 1, `rms` the lowest so far.
         tolerance: relative change of the sum of squares, or of the parameters, at which a start
             stops.
@@ -50,7 +50,7 @@ def fit(
         rescale_sigma: take the problem's sigma as relative, and scale it by the residuals.
 
     Raises:
-        InputError: a problem that cannot be fitted, bad options, or another fit's journal.
+        InputError: a problem that cannot be fitted, bad options, or another fit's checkpoint.
 
     """
     began = time.monotonic()
@@ -60,7 +60,7 @@ def fit(
     check_count("max_evaluations", max_evaluations, 1)
     if not 1e-15 <= tolerance < 1.0:
         raise InputError("tolerance", tolerance, "from 1e-15 to below 1")
-    prepare_directory(journal)
+    prepare_directory(checkpoint)
     tasks = [
         Descent(
             problem=problem,
@@ -68,7 +68,7 @@ def fit(
             point=point,
             tolerance=tolerance,
             max_evaluations=max_evaluations,
-            journal=None if journal is None else journal / f"start_{number:02d}.sqlite",
+            checkpoint=None if checkpoint is None else checkpoint / f"start_{number:02d}.sqlite",
         )
         for number, point in enumerate(start_points(problem, starts, seed))
     ]
@@ -90,14 +90,14 @@ class Descent(Start):
     max_evaluations: int
 
     def settings(self) -> dict[str, Any]:
-        """The stopping rule; a journal serves any number of evaluations."""
+        """The stopping rule; a checkpoint serves any number of evaluations."""
         return {"method": "least squares", "tolerance": self.tolerance}
 
     def run(self, report: Tell) -> StartOutcome:
         """To the minimum, or as far as the evaluations go."""
-        with self.open_journal() as journal:
+        with self.open_checkpoint() as checkpoint:
             evaluator = Evaluator(
-                self.problem, journal, lambda n, rms: report(n / self.max_evaluations, rms)
+                self.problem, checkpoint, lambda n, rms: report(n / self.max_evaluations, rms)
             )
 
             def checked(u: Array) -> Array:

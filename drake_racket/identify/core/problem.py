@@ -75,7 +75,7 @@ class Problem(Protocol):
         ...
 
     def fingerprint(self) -> str:
-        """Hash of data and settings: a journal of another problem is refused."""
+        """Hash of data and settings: a checkpoint of another problem is refused."""
         ...
 
 

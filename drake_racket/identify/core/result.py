@@ -26,7 +26,7 @@ class StartRecord:
         estimates: (n,) where it ended; nan where the model had no solution at the start.
         cost: sum of squares there, each residual over its sigma where that is known; inf likewise.
         rms: root mean square residual there, in the measured unit.
-        evaluations: of the residuals, those read back from a journal included.
+        evaluations: of the residuals, those read back from a checkpoint included.
         converged: whether it stopped by its tolerance.
         status: in words.
         history: (k, 2) number of the evaluation and RMS, wherever the cost fell.
@@ -68,7 +68,7 @@ class FitResult:
         at_bounds: names of parameters at a bound.
         convergence: one record per start.
         evaluations: of the residuals, in all starts.
-        seconds: wall-clock time of this run, without what an earlier run left in a journal.
+        seconds: wall-clock time of this run, without what an earlier run left in a checkpoint.
         warnings: in words, one line each.
 
     """

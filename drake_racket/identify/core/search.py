@@ -64,7 +64,7 @@ class Search:
 
 
 def search(
-    problem: Problem, options: Search, journal: Path | None, progress: Report | None
+    problem: Problem, options: Search, checkpoint: Path | None, progress: Report | None
 ) -> FitResult:
     """Fits by the method that the options name.
 
@@ -74,11 +74,11 @@ def search(
     """
     # a step where no parameter has any effect is 0 / 0; the result says what is undetermined
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _search(problem, options, journal, progress)
+        return _search(problem, options, checkpoint, progress)
 
 
 def _search(
-    problem: Problem, options: Search, journal: Path | None, progress: Report | None
+    problem: Problem, options: Search, checkpoint: Path | None, progress: Report | None
 ) -> FitResult:
     if options.method == "annealing":
         return anneal(
@@ -88,7 +88,7 @@ def _search(
             workers=options.workers,
             max_evaluations=options.evaluations,
             temperature=options.temperature,
-            journal=journal,
+            checkpoint=checkpoint,
             progress=progress,
             polish=options.polish,
             rescale_sigma=options.rescale and problem.sigma is not None,
@@ -98,7 +98,7 @@ def _search(
         starts=options.starts,
         seed=options.seed,
         workers=options.workers,
-        journal=journal,
+        checkpoint=checkpoint,
         progress=progress,
         tolerance=options.tolerance,
         rescale_sigma=options.rescale and problem.sigma is not None,

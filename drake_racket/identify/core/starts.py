@@ -17,8 +17,8 @@ import numpy as np
 from scipy.stats import qmc
 
 from drake_racket.identify.core.assemble import StartOutcome
+from drake_racket.identify.core.checkpoint import Checkpoint, checkpoint_header
 from drake_racket.identify.core.evaluator import Evaluator
-from drake_racket.identify.core.journal import Journal, journal_header
 from drake_racket.identify.core.problem import Array, Problem, Scale
 from drake_racket.identify.core.result import StartRecord
 from drake_racket.io.errors import InputError
@@ -33,31 +33,31 @@ _SHOW_INTERVAL = 0.1  # s between looks at what the workers have done
 
 @dataclass(frozen=True, kw_only=True)
 class Start(ABC):
-    """One start of a search: u = `point` (n,) in `Scale`'s numbers, and where its journal is."""
+    """One start of a search: u = `point` (n,) in `Scale`'s numbers, and where its checkpoint is."""
 
     problem: Problem
     number: int
     point: Array
-    journal: Path | None
+    checkpoint: Path | None
 
     @abstractmethod
     def settings(self) -> Mapping[str, Any]:
-        """What its journal must agree on besides the problem."""
+        """What its checkpoint must agree on besides the problem."""
 
     @abstractmethod
     def run(self, report: Tell) -> StartOutcome:
-        """The search from here; its journal is read first and then continued."""
+        """The search from here; its checkpoint is read first and then continued."""
 
-    def open_journal(self) -> Journal:
-        """Its journal.
+    def open_checkpoint(self) -> Checkpoint:
+        """Its checkpoint.
 
         Raises:
             InputError: it is another search's, is in use, or cannot be written.
 
         """
         point = [float(u).hex() for u in self.point]
-        header = journal_header(self.problem, {**self.settings(), "start": point})
-        return Journal(self.journal, header)
+        header = checkpoint_header(self.problem, {**self.settings(), "start": point})
+        return Checkpoint(self.checkpoint, header)
 
     def ended(self, evaluator: Evaluator, status: str, *, converged: bool) -> StartOutcome:
         """The outcome: the best point seen.
@@ -110,14 +110,14 @@ def run_starts(tasks: Sequence[Start], workers: int, progress: Report | None) ->
     """Runs them all, in this process or shared by several; the same outcomes either way.
 
     Raises:
-        InputError: another search's journal (before any work), or a problem that does not pickle
+        InputError: another search's checkpoint (before any work), or a problem that does not pickle
             with several workers.
         PoolError: processes cannot be started, or die again and again in one start.
 
     """
     leave_if_imported_again()
     for task in tasks:
-        task.open_journal().close()
+        task.open_checkpoint().close()
     workers = min(workers, len(tasks))
     board = _Board(np.tile([0.0, np.inf], (len(tasks), 1)), progress)
     return _in_turn(tasks, board) if workers == 1 else _shared(tasks, workers, board)

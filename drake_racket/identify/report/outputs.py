@@ -36,7 +36,7 @@ from drake_racket.io.files import write_figure, write_netcdf, write_table, write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-JOURNAL = "journal"
+CHECKPOINT = "checkpoint"
 """Directory, in that of the fit, of its checkpoint."""
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from drake_racket.engines.clamped.batch import Bed, Impacts, Outcome, make_bed, make_impacts, run
+from drake_racket.engines.clamped.batch import Bed, Impacts, Rebounds, make_bed, make_impacts, run
 from drake_racket.identify.core.intervals import profile_interval
 from drake_racket.identify.core.least_squares import fit
 from drake_racket.identify.core.problem import Parameter
@@ -114,7 +114,7 @@ class FrictionProblem:
             friction_reading=self.reading,
         )
 
-    def outcome(self, x: Array, *, derivatives: bool) -> tuple[Outcome, Impacts]:
+    def outcome(self, x: Array, *, derivatives: bool) -> tuple[Rebounds, Impacts]:
         """The batch at coefficients x (n,)."""
         count, m = len(self.parameters) if derivatives else 0, len(self.table.points)
         balls = self._impacts.balls.copy()
@@ -187,7 +187,7 @@ def fit_friction(
     bounds: tuple[float, float] = BOUNDS,
     reading: str = "velocity",
     options: Search | None = None,
-    journal: Path | None = None,
+    checkpoint: Path | None = None,
     progress: Report | None = None,
 ) -> FrictionFit:
     """Fits the coefficients of the points that were hit.
@@ -198,7 +198,7 @@ def fit_friction(
         start: values to begin at, by name; the racket's where none is given.
         bounds: of every coefficient.
         reading: of the friction's direction (READINGS).
-        options, journal, progress: as `string_bed.fit_string_bed`.
+        options, checkpoint, progress: as `string_bed.fit_string_bed`.
 
     Raises:
         InputError: options or start values out of range, a start for a coefficient of no row, or
@@ -215,7 +215,7 @@ def fit_friction(
         raise InputError(f"{table.where}: rows", got, "at least as many rows as coefficients")
     title = short_title(racket, [p.name for p in parameters])
     problem = FrictionProblem(table, racket, ball, parameters, title, reading)
-    result = search(problem, options or Search(), journal, progress)
+    result = search(problem, options or Search(), checkpoint, progress)
     profiled = result.degrees_of_freedom > 0 and result.residual_sigma > 0.0
     intervals = None
     if profiled:

@@ -192,7 +192,7 @@ def fit_string_bed(
     span: float | None = None,
     options: Search | None = None,
     profiles: bool = False,
-    journal: Path | None = None,
+    checkpoint: Path | None = None,
     progress: Report | None = None,
 ) -> StringBedFit:
     """Fits a string-bed to restitution.
@@ -204,12 +204,12 @@ def fit_string_bed(
             the method is annealing.
         options: method, starts, seed ... (`search.Search`).
         profiles: intervals from likelihood profiles: slower, and right where parameters trade off.
-        journal: directory of the checkpoint; a killed run goes on from it.
+        checkpoint: directory of the checkpoint; a killed run goes on from it.
         progress: called with how far it is; `total` is 1, `rms` the lowest so far.
 
     Raises:
         InputError: options or start values out of range, a table with fewer rows than free
-            parameters and no standard deviations, or a journal of another fit.
+            parameters and no standard deviations, or a checkpoint of another fit.
 
     """
     options = options or Search()
@@ -224,7 +224,7 @@ def fit_string_bed(
             f"{len(table.points)} for {len(parameters)} free parameters",
             "at least as many rows as free parameters (see --free)",
         )
-    result = search(problem, options, journal, progress)
+    result = search(problem, options, checkpoint, progress)
     intervals = None
     profiled = profiles and result.degrees_of_freedom > 0 and result.residual_sigma > 0.0
     if profiled:
@@ -248,7 +248,7 @@ def fit_tension(
     *,
     start: float | None = None,
     options: Search | None = None,
-    journal: Path | None = None,
+    checkpoint: Path | None = None,
     progress: Report | None = None,
 ) -> StringBedFit:
     """Fits T0 alone, stiffnesses and rim factors as the racket has them.
@@ -268,6 +268,6 @@ def fit_tension(
         start=None if start is None else {"T0": start},
         options=options,
         profiles=True,
-        journal=journal,
+        checkpoint=checkpoint,
         progress=progress,
     )

@@ -53,10 +53,10 @@ def left_out(tree: Tree, couplings: str) -> LeftOut:
     return LeftOut(tuple(LeftOutItem(k, fate, tuple(n)) for k, fate, n in rows if n))
 
 
-Row = tuple[str, str, list[str]]
+LeftOutRow = tuple[str, str, list[str]]
 
 
-def _bodies(tree: Tree) -> Iterator[Row]:
+def _bodies(tree: Tree) -> Iterator[LeftOutRow]:
     model = tree.model
     inside = {body.id for body in tree.bodies}
     names = [body_name(model, i) for i in range(model.nbody)]
@@ -75,7 +75,7 @@ def _bodies(tree: Tree) -> Iterator[Row]:
     yield "inertias without mass", "absent", of(massless)
 
 
-def _joints(tree: Tree, couplings: str) -> Iterator[Row]:
+def _joints(tree: Tree, couplings: str) -> Iterator[LeftOutRow]:
     model, joints = tree.model, tree.joints()
     mujoco = mujoco_package()
     inside = {body.id for body in tree.bodies}
@@ -105,7 +105,7 @@ def _joints(tree: Tree, couplings: str) -> Iterator[Row]:
         yield "joint damping, higher powers", "absent", of(model.dof_dampingpoly[dofs])
 
 
-def _elements(model: Any) -> Iterator[Row]:
+def _elements(model: Any) -> Iterator[LeftOutRow]:
     mujoco = mujoco_package()
 
     def named(count: int, get: Callable[[int], Any], kind: str) -> list[str]:

@@ -33,7 +33,7 @@ from drake_racket.rigs.modes.shapes import (
     NO_LANDMARKS,
     PLANES,
     SAMPLES,
-    Landmarks,
+    ModeLandmarks,
     Shapes,
     exact_landmarks,
     mode_shapes,
@@ -174,8 +174,8 @@ def _landmark_variables(
 ) -> dict[str, Any]:
     """Nodes and antinodes in the plane of each mode, both ways, and the fitted quadratics."""
     displacements = shapes.along_axis(places)
-    exact: list[Landmarks] = []
-    fitted: list[Landmarks] = []
+    exact: list[ModeLandmarks] = []
+    fitted: list[ModeLandmarks] = []
     fits = np.full((len(displacements), len(x)), np.nan)
     for i in range(len(displacements)):
         plane = shapes.plane(i)

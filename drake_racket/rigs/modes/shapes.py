@@ -136,17 +136,17 @@ def _largest(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True)
-class Landmarks:
+class ModeLandmarks:
     """Nodes on handle and head and the antinode between them, m from the butt; nan for none."""
 
     nodes: tuple[float, float]
     antinode: float
 
 
-NO_LANDMARKS = Landmarks((np.nan, np.nan), np.nan)
+NO_LANDMARKS = ModeLandmarks((np.nan, np.nan), np.nan)
 
 
-def exact_landmarks(corners: NDArray[np.float64], throat: float, tip: float) -> Landmarks:
+def exact_landmarks(corners: NDArray[np.float64], throat: float, tip: float) -> ModeLandmarks:
     """Zeros of the two straight pieces, and the hinge if it lies between two nodes.
 
     A body that does not move, or has no zero within its length, has no node.
@@ -163,7 +163,7 @@ def exact_landmarks(corners: NDArray[np.float64], throat: float, tip: float) -> 
         start, end = corners[i], corners[i + 1]
         if start * end < 0.0 and min(abs(start), abs(end)) > least:
             nodes[i] = float(at[i] + (at[i + 1] - at[i]) * start / (start - end))
-    return Landmarks((nodes[0], nodes[1]), throat if not np.any(np.isnan(nodes)) else np.nan)
+    return ModeLandmarks((nodes[0], nodes[1]), throat if not np.any(np.isnan(nodes)) else np.nan)
 
 
 def quadratic_fit(x: NDArray[np.float64], displacement: NDArray[np.float64]) -> Polynomial:
@@ -172,7 +172,7 @@ def quadratic_fit(x: NDArray[np.float64], displacement: NDArray[np.float64]) -> 
     return fit
 
 
-def regression_landmarks(fit: Polynomial, tip: float) -> Landmarks:
+def regression_landmarks(fit: Polynomial, tip: float) -> ModeLandmarks:
     """Zeros and vertex of the fitted quadratic; none unless both zeros are on the racket."""
     zeros = fit.roots()
     if len(zeros) < 2 or np.any(zeros.imag != 0.0):
@@ -180,7 +180,7 @@ def regression_landmarks(fit: Polynomial, tip: float) -> Landmarks:
     first, second = sorted(float(zero.real) for zero in zeros)
     if first < 0.0 or second > tip:
         return NO_LANDMARKS
-    return Landmarks((first, second), 0.5 * (first + second))
+    return ModeLandmarks((first, second), 0.5 * (first + second))
 
 
 def sample_points(parameters: RacketParameters, samples: int = SAMPLES) -> NDArray[np.float64]:

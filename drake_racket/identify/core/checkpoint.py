@@ -1,15 +1,15 @@
 """Records of evaluated values: a killed run is replayed from them.
 
 The optimisers are deterministic. A run that is started again asks for the same values in the same
-order; the journal answers as far as it goes, and from there on the model is evaluated. So the
+order; the checkpoint answers as far as it goes, and from there on the model is evaluated. So the
 resumed run ends with the very same numbers.
 
-A journal is a store (`drake_racket.store`), one file per start, since starts run in processes of
+A checkpoint is a store (`drake_racket.store`), one file per start, since starts run in processes of
 their own and a store has one writer. Its header says what was fitted, how, and what computed it;
 its table `evaluations` has for each value its number, a hash of the kind and the point asked for,
 the values (float64, little-endian) and a CRC-32 of both. Each record is in the file as soon as it
 is known, so a killed process loses nothing; a power failure loses about the last second. A damaged
-record ends the journal: it and what follows are evaluated anew.
+record ends the checkpoint: it and what follows are evaluated anew.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ _SCHEMA = (
 )
 
 
-def journal_header(problem: Problem, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """What a journal must agree on with the run that reads it."""
+def checkpoint_header(problem: Problem, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """What a checkpoint must agree on with the run that reads it."""
     sigma = b"" if problem.sigma is None else np.asarray(problem.sigma, "<f8").tobytes()
     return {
         "problem": problem.fingerprint(),
@@ -51,12 +51,12 @@ def journal_header(problem: Problem, settings: Mapping[str, Any]) -> dict[str, A
     }
 
 
-class Journal:
+class Checkpoint:
     """Values by the order in which they are asked for, on file or (path None) not kept.
 
     Raises:
-        OtherComputation: the file is another run's journal.
-        InputError: it is in use, is no journal, or cannot be written.
+        OtherComputation: the file is another run's checkpoint.
+        InputError: it is in use, is no checkpoint, or cannot be written.
 
     """
 
@@ -72,14 +72,14 @@ class Journal:
             path,
             header,
             [_SCHEMA],
-            key="journal",
+            key="checkpoint",
             what="fit",
             forced=False,
             patience=_LOCK_PATIENCE,
         )
         self._records = self._store.read("SELECT * FROM evaluations ORDER BY number")
 
-    def __enter__(self) -> Journal:
+    def __enter__(self) -> Checkpoint:
         return self
 
     def __exit__(
@@ -97,10 +97,10 @@ class Journal:
             store.close()
 
     def value(self, kind: str, x: Array, compute: Callable[[], Array]) -> Array:
-        """The values of this kind at x: from the journal, or computed and recorded.
+        """The values of this kind at x: from the checkpoint, or computed and recorded.
 
         Raises:
-            InputError: the journal's next record is of another point.
+            InputError: the checkpoint's next record is of another point.
             StoreError: it can no longer be written.
 
         """
@@ -114,21 +114,21 @@ class Journal:
             self._store.write("INSERT INTO evaluations VALUES (?, ?, ?, ?)", [row])
         else:
             if found[0] != key:
-                raise InputError("journal", self.path, "a journal of the same computation")
+                raise InputError("checkpoint", self.path, "a checkpoint of the same computation")
             values = found[1]
             self.replayed += 1
         self._number += 1
         return np.frombuffer(values, "<f8").astype(np.float64)
 
     def _next_record(self, store: Store) -> tuple[bytes, bytes] | None:
-        """The next whole record, point and values; None at the journal's end."""
+        """The next whole record, point and values; None at the checkpoint's end."""
         if self._records is None:
             return None
         try:
             row = next(self._records, None)
         except StoreError as error:
-            allowed = f"a whole journal, another directory, or none ({error})"
-            raise InputError("journal", self.path, allowed) from None
+            allowed = f"a whole checkpoint, another directory, or none ({error})"
+            raise InputError("checkpoint", self.path, allowed) from None
         if row is not None:
             number, key, values, crc = row
             if number == self._number and zlib.crc32(key + values) == crc:
@@ -138,16 +138,16 @@ class Journal:
         return None
 
 
-def prepare_directory(journal: Path | None) -> None:
-    """Makes a journal's directory.
+def prepare_directory(checkpoint: Path | None) -> None:
+    """Makes a checkpoint's directory.
 
     Raises:
         InputError: it cannot be made or written.
 
     """
-    if journal is None:
+    if checkpoint is None:
         return
-    if journal.exists() and not journal.is_dir():
-        raise InputError("journal", journal, "a directory (for one file per start)")
-    check_directory(journal, "journal")
-    journal.mkdir(parents=True, exist_ok=True)
+    if checkpoint.exists() and not checkpoint.is_dir():
+        raise InputError("checkpoint", checkpoint, "a directory (for one file per start)")
+    check_directory(checkpoint, "checkpoint")
+    checkpoint.mkdir(parents=True, exist_ok=True)
