@@ -164,7 +164,7 @@ def evaluations(checkpoint: Path) -> int:
 
 
 def kill_and_go_on(arguments: list[str], out: Path, log: Path) -> None:
-    """Runs the command, kills it when a checkpoint's log has some values, and runs it to its end."""
+    """Runs the command, kills it when a checkpoint has some values, and runs it to its end."""
     code = "import sys; from drake_racket.cli.identify import app; app(sys.argv[1:])"
     command = [sys.executable, "-c", code, *arguments, "--out", str(out)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
