@@ -185,6 +185,7 @@ def make_impact_diagram(
             scenario.limb,
             audit=scenario.audit,
             export_torques=export_torques,
+            shipped=case.limb,
         )
     others = striking.generalized_force_ports() if striking is not None else []
     connect_forces(builder, plant, [impact], generalized=others)

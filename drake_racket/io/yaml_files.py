@@ -111,8 +111,8 @@ def _load(text: str, schema: Any, where: str) -> Any:
     return read(tree, schema, where)
 
 
-def read_text(path: Path) -> str:
-    """The text of a small YAML file, UTF-8 with or without a byte order mark, or UTF-16 with one.
+def read_text(path: Path, most: int = MAX_BYTES) -> str:
+    """Reads the text of a YAML file of at most `most` bytes, in UTF-8.
 
     Raises:
         InputError: the file cannot be read, is large, or is no such text.
@@ -120,12 +120,12 @@ def read_text(path: Path) -> str:
     """
     try:
         with path.open("rb") as file:  # not stat: /dev/zero and pipes have no size
-            data = file.read(MAX_BYTES + 1)
+            data = file.read(most + 1)
     except (OSError, ValueError) as error:  # ValueError: a name with NUL or a lone surrogate
         reason = getattr(error, "strerror", None) or "not a file's name"
         raise InputError("file", path, f"a readable YAML file ({reason})") from None
-    if len(data) > MAX_BYTES:
-        raise InputError(str(path), "a larger file", f"at most {MAX_BYTES} bytes")
+    if len(data) > most:
+        raise InputError(str(path), "a larger file", f"at most {most} bytes")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:

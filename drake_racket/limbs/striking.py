@@ -156,15 +156,23 @@ def wire_striking_limb(
     *,
     audit: bool,
     export_torques: bool,
+    shipped: UpperLimbParameters | None = None,
 ) -> StrikingLimb:
     """Adds torques, limits and the energy meter of a limb. After `Finalize`.
 
     Args:
         export_torques: the joint torques come from the Diagram's input port `joint_torques`.
+        shipped: the shipped limb's parameters, if they are loaded already.
 
     """
     torques = add_joint_torques(builder, plant, limb, export=export_torques)
-    limits = add_joint_limits(builder, plant, limb) if _takes_limits(limb, settings) else None
+    limits = None
+    if _takes_limits(limb, settings):
+        stiffness = damping = None
+        if shipped is not None:
+            stiffness = [shipped.joint(name).limit_stiffness.value for name in limb.joint_names()]
+            damping = shipped.limit_damping.value
+        limits = add_joint_limits(builder, plant, limb, stiffness=stiffness, damping=damping)
     energy = None
     if audit:
         power = builder.AddNamedSystem("limb_power", make_limb_power(plant, limb))

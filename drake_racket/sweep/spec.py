@@ -18,11 +18,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from drake_racket.cases.case import check_scenario, load_scenario, parse_scenario
+from drake_racket.cases.case import check_scenario, load_scenario, resolve
 from drake_racket.io.errors import InputError
-from drake_racket.io.yaml_files import parse_tree
+from drake_racket.io.schema import read
+from drake_racket.io.yaml_files import parse_tree, read_text
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.formats import check_format
 from drake_racket.sweep.axes import MOST_CASES, SweepAxis, make_axis
@@ -82,23 +81,15 @@ class Sweep:
         return with_values(self.base, values, factors)
 
 
-def load_sweep(path: Path) -> Sweep:
+def load_sweep(path: str | Path) -> Sweep:
     """Reads and checks a sweep's file; `base` may name a scenario file beside it.
 
     Raises:
         InputError: naming the key, the value and what is allowed.
 
     """
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        text = data.decode("utf-8")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise InputError("file", path, f"a readable YAML file ({reason})") from None
-    if len(data) > MAX_BYTES:
-        raise InputError(str(path), "a larger file", f"at most {MAX_BYTES} bytes")
-    return parse_sweep(text, str(path), path.parent)
+    path = Path(path)
+    return parse_sweep(read_text(path, MAX_BYTES), str(path), path.parent)
 
 
 def parse_sweep(text: str, where: str = "sweep", directory: Path = Path()) -> Sweep:
@@ -114,7 +105,7 @@ def parse_sweep(text: str, where: str = "sweep", directory: Path = Path()) -> Sw
     if isinstance(base, str):
         scenario = load_scenario(directory / base)
     elif isinstance(base, dict):
-        scenario = parse_scenario(yaml.safe_dump(base), f"{where}: base")
+        scenario = resolve(read(base, Scenario, f"{where}: base"), f"{where}: base").scenario
     else:
         raise InputError(f"{where}: base", base, "a scenario file, or a scenario's keys")
     axes = tree.pop("axes", None)

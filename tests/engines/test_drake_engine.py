@@ -1,0 +1,165 @@
+"""The Drake engine's arrays against Drake itself, sample by sample."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from drake_racket import LimbSettings, Scenario, make_impact_diagram, resolve, run_drake, simulate
+from drake_racket.laws.contact import CONTACT
+from drake_racket.laws.phases import PHASE
+from drake_racket.results.energy import Momenta, rigid_motion
+
+CASES = {
+    "free": Scenario(point="4", incidence_deg=30.0, after=0.006),
+    "clamped": Scenario(support="clamped_handle", after=0.006),
+    "hand": Scenario(support="grip", point="7", after=0.006),
+    "limb": Scenario(support="limb", point="6", after=0.005, gravity=(0.0, 0.0, -9.81)),
+    "torsional": Scenario(support="limb", grip_kind="torsional", limb=LimbSettings(), after=0.005),
+    "discrete": Scenario(time_step=2e-5, after=0.004),
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def ran(request):
+    """A case, its Diagram, the trajectory, and numbers of some samples with touch and release."""
+    case = resolve(CASES[request.param])
+    system = make_impact_diagram(case)
+    trajectory = run_drake(case, system)
+    phase = trajectory.record[:, PHASE]
+    events = np.flatnonzero(np.diff(phase))
+    samples = sorted({0, len(trajectory) - 1, len(trajectory) // 3, *events, *(events + 1)})
+    return case, system, trajectory, samples
+
+
+def context_at(system, trajectory, sample, case):
+    root = system.create_context(case)
+    root.SetTime(float(trajectory.time[sample]))
+    context = system.plant.GetMyMutableContextFromRoot(root)
+    system.plant.SetPositionsAndVelocities(context, trajectory.state[sample])
+    contact = system.impact.contact
+    contact.GetMyMutableContextFromRoot(root).SetDiscreteState(trajectory.record[sample])
+    return root, context
+
+
+def test_motion_is_that_of_the_plant(ran):
+    case, system, trajectory, samples = ran
+    plant, motion = system.plant, trajectory.motion
+    assert motion.samples.tolist() == list(range(len(trajectory)))
+    massless = trajectory.mechanism.bodies.mass == 0.0
+    for sample in samples:
+        _, context = context_at(system, trajectory, sample, case)
+        poses = plant.get_body_poses_output_port().Eval(context)
+        speeds = plant.get_body_spatial_velocities_output_port().Eval(context)
+        for i in np.flatnonzero(~massless):
+            np.testing.assert_allclose(
+                motion.poses[sample, i], poses[i].GetAsMatrix34(), rtol=0, atol=1e-14
+            )
+            np.testing.assert_allclose(
+                motion.velocities[sample, i], speeds[i].get_coeffs(), rtol=1e-12, atol=1e-12
+            )
+
+
+def test_accelerations_are_those_after_the_events(ran):
+    case, system, trajectory, samples = ran
+    found = trajectory.motion.handle_acceleration
+    if case.scenario.time_step > 0.0:
+        assert np.isnan(found).all()
+        return
+    for sample in samples:
+        _, context = context_at(system, trajectory, sample, case)
+        expected = system.impact.racket.handle.EvalSpatialAccelerationInWorld(context).get_coeffs()
+        scale = np.max(np.abs(expected)) + 1.0
+        np.testing.assert_allclose(found[sample], expected, rtol=0, atol=1e-9 * scale)
+
+
+def test_contact_and_hand_are_those_of_the_ports(ran):
+    case, system, trajectory, samples = ran
+    if case.scenario.time_step > 0.0:
+        return  # its outputs look forward to the update of the instant
+    for sample in samples:
+        root, _ = context_at(system, trajectory, sample, case)
+        contact = system.impact.contact
+        expected = contact.GetOutputPort("contact_state").Eval(contact.GetMyContextFromRoot(root))
+        np.testing.assert_array_equal(trajectory.contact[sample], expected)
+        if system.grip_load is not None:
+            load = system.grip_load
+            port = load.GetOutputPort("hand_load").Eval(load.GetMyContextFromRoot(root))
+            scale = np.max(np.abs(port)) + 1.0
+            np.testing.assert_allclose(
+                trajectory.motion.hand_load[sample], port, rtol=0, atol=1e-9 * scale
+            )
+
+
+def test_momentum_and_rigid_motion_are_drakes(ran):
+    case, system, trajectory, samples = ran
+    plant, racket = system.plant, system.impact.racket
+    moving = Momenta.of(trajectory.mechanism, trajectory.motion)
+    bodies = list(trajectory.mechanism.racket)
+    rigid = rigid_motion(moving, bodies)
+    for sample in samples:
+        _, context = context_at(system, trajectory, sample, case)
+        expected = plant.CalcSpatialMomentumInWorldAboutPoint(
+            context, [racket.model_instance], np.zeros(3)
+        )
+        linear, angular = (
+            np.sum(x[sample, bodies], axis=0) for x in (moving.linear, moving.angular)
+        )
+        np.testing.assert_allclose(linear, expected.translational(), rtol=0, atol=1e-12)
+        np.testing.assert_allclose(angular, expected.rotational(), rtol=0, atol=1e-12)
+        com = plant.CalcCenterOfMassPositionInWorld(context, [racket.model_instance])
+        np.testing.assert_allclose(moving.centre_of_mass(bodies)[sample], com, rtol=0, atol=1e-14)
+        inertia = plant.CalcSpatialInertia(
+            context, plant.world_frame(), plant.GetBodyIndices(racket.model_instance)
+        )
+        about = inertia.Shift(com).CalcRotationalInertia().CopyToFullMatrix3()
+        spin = plant.CalcSpatialMomentumInWorldAboutPoint(context, [racket.model_instance], com)
+        w = np.linalg.solve(about, spin.rotational())
+        np.testing.assert_allclose(rigid.angular_velocity[sample], w, rtol=1e-9, atol=1e-9)
+
+
+def test_kinetic_energy_is_drakes(ran):
+    case, system, trajectory, samples = ran
+    moving = Momenta.of(trajectory.mechanism, trajectory.motion)
+    everything = moving.kinetic_energy(range(len(trajectory.mechanism.bodies)))
+    for sample in samples:
+        _, context = context_at(system, trajectory, sample, case)
+        expected = system.plant.EvalKineticEnergy(context)  # rotors included: there are none
+        assert everything[sample] == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_ends_alone_are_those_of_the_whole_run(ran):
+    case, system, trajectory, _ = ran
+    ends = run_drake(case, system, every_sample=False)
+    assert ends.motion.samples.tolist() == [0, len(trajectory) - 1]
+    for name in ("time", "state", "record", "totals", "contact"):
+        np.testing.assert_array_equal(getattr(ends, name), getattr(trajectory, name))
+    for name in ("poses", "velocities"):
+        whole = getattr(trajectory.motion, name)
+        np.testing.assert_allclose(
+            getattr(ends.motion, name), whole[[0, -1]], rtol=1e-13, atol=1e-13
+        )
+
+
+def test_a_history_changes_nothing_else():
+    scenario = Scenario(point="4", incidence_deg=20.0, after=0.006)
+    with_history, without = simulate(scenario), simulate(scenario, history=False)
+    one, other = with_history.to_json(), without.to_json()
+    later = ("energy_error", "momentum_error", "angular_momentum_error", "peak_handle_acceleration")
+    for name in set(one) - set(later) - {"balance"}:
+        assert one[name] == other[name], name
+    for name, value in one["balance"].items():
+        assert other["balance"][name] == pytest.approx(value, rel=1e-12, abs=1e-15)
+
+
+def test_touch_and_release_are_samples():
+    trajectory = run_drake(*[(c := resolve(CASES["free"])), make_impact_diagram(c)])
+    phase = trajectory.record[:, PHASE]
+    inside = np.flatnonzero(phase == CONTACT)
+    record = trajectory.record[-1]
+    assert trajectory.time[inside[0]] == pytest.approx(0.001, abs=1e-9)
+    assert trajectory.contact[inside[0], 4] > 100.0  # cb v: the force jumps
+    assert dataclasses.replace(trajectory, steps=1).steps == 1
+    assert record[PHASE] != CONTACT
