@@ -519,8 +519,8 @@ def test_fist_holds_one_straight_grip(arm):
 
 @pytest.mark.slow
 def test_study(tmp_path, arm):
-    settings = "-m studies.myosim_arm --samples 3 --fist --after 0.006 --out".split()
-    command = [sys.executable, *settings, str(tmp_path / "o")]
+    command = [sys.executable, "-m", "studies.myosim_arm", "--samples", "3", "--fist"]
+    command += ["--after", "0.006", "--out", str(tmp_path / "o")]
     options = {"capture_output": True, "text": True, "cwd": tmp_path}
     options["env"] = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, check=True, **options)

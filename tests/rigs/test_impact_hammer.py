@@ -19,7 +19,8 @@ from drake_racket.plots.rigs.impact_hammer import hammer_figure
 from drake_racket.rigs.hammer.force import half_sine, sampled_pulse
 from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS, hammer_dataset, make_hammer_rig
 from drake_racket.rigs.hammer.ringing import analyse_ringing
-from drake_racket.rigs.modes.bending import acceleration_signal, bending_mode, ringing_dataset
+from drake_racket.rigs.modes.bending import acceleration_signal, bending_mode
+from studies.impact_hammer import ringing_dataset
 from tests.conftest import ROOT
 from tests.oracles.hammered_racket import HammeredRacket
 from tests.oracles.two_body import free_free_frequency, reduced_inertia
