@@ -428,4 +428,4 @@ def test_study(tmp_path):
         assert all("units" in v.attrs and "long_name" in v.attrs for v in data.variables.values())
     bad = subprocess.run([*command, "--height", "0"], capture_output=True, text=True, check=False)
     assert bad.returncode == 2
-    assert bad.stderr.startswith("studies/upper_limb.py: load_upper_limb: height")
+    assert bad.stderr.startswith("studies.upper_limb: load_upper_limb: height")

@@ -219,7 +219,7 @@ def test_ball_speed_is_that_of_a_racket_that_moves():
 @pytest.mark.slow
 def test_the_study_runs(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr("sys.argv", ["study", "--quick", "--out", str(tmp_path)])
-    runpy.run_path(str(STUDY), run_name="__main__")
+    runpy.run_module(STUDY, run_name="__main__")
     assert "impact point, x" in capsys.readouterr().out
     indices = xarray.open_dataset(tmp_path / "indices.nc")
     assert indices.sizes == {"output": 3, "parameter": 5}
