@@ -46,6 +46,8 @@ from .parameters.grip import GripStiffness as GripStiffness
 from .parameters.grip import load_grip as load_grip
 from .parameters.grip import write_grip as write_grip
 from .parameters.limb import JOINTS as JOINTS
+from .parameters.limb import SEGMENTS as SEGMENTS
+from .parameters.limb import UpperLimbParameters as UpperLimbParameters
 from .parameters.limb import load_upper_limb as load_upper_limb
 from .parameters.limb_settings import JOINT_TORQUES as JOINT_TORQUES
 from .parameters.limb_settings import LimbSettings as LimbSettings

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from drake_racket.io.signals import Signal
 from drake_racket.laws.bed import grid_topology
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.racket import RacketParameters, load_racket
@@ -112,3 +114,11 @@ def free_parameters(
         friction=friction,
         reaction_at=reaction_at,
     )
+
+
+def write_signal(signal: Signal, path: Path) -> None:
+    """Writes a CSV that `read_signal` reads back to the last bit."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["time [s]", f"{signal.name} [{signal.unit}]"])
+        writer.writerows(zip(signal.time.tolist(), signal.value.tolist(), strict=True))

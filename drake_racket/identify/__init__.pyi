@@ -10,7 +10,6 @@ from .core.search import determined as determined
 from .frame.fit import fit_frame as fit_frame
 from .frame.fit import hammer_record as hammer_record
 from .report.outputs import markdown_table as markdown_table
-from .report.string_figures import coverage_figure as coverage_figure
 from .strings.angle_table import AngleTable as AngleTable
 from .strings.friction import fit_friction as fit_friction
 from .strings.restitution_table import RestitutionTable as RestitutionTable

@@ -1,4 +1,4 @@
-"""Sampled signals: read from CSV with one clear error, written back, and pulses in them.
+"""Sampled signals: read from CSV with one clear error, and pulses in them.
 
 A CSV has the columns `time [s]` and, say, `force [N]` or `acceleration [m/s^2]`, in any form that
 `tables` reads. Other columns are ignored.
@@ -6,7 +6,6 @@ A CSV has the columns `time [s]` and, say, `force [N]` or `acceleration [m/s^2]`
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +15,6 @@ from numpy.typing import NDArray
 
 from drake_racket.io.csv_text import MOST_LINES
 from drake_racket.io.errors import InputError
-from drake_racket.io.files import replace_file
 from drake_racket.io.tables import CsvTable
 
 MAX_BYTES = 20_000_000
@@ -105,18 +103,6 @@ def read_signal(
             f"steps up to {longest_step:.3g} s",
         )
     return signal
-
-
-def write_signal(signal: Signal, path: Path) -> None:
-    """Writes a CSV that `read_signal` reads back to the last bit."""
-
-    def write(temporary: Path) -> None:
-        with temporary.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(["time [s]", f"{signal.name} [{signal.unit}]"])
-            writer.writerows(zip(signal.time.tolist(), signal.value.tolist(), strict=True))
-
-    replace_file(path, write)
 
 
 def pulse_extent(signal: Signal, share: float) -> tuple[int, int]:

@@ -6,6 +6,7 @@ What is not listed here is not converted: a column in such a unit is refused, no
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,3 +91,8 @@ def allowed_units(wanted: str) -> str:
     """For messages: what can be given, ' (or kN, mN)'; nothing where there is no other."""
     others = ", ".join(_MULTIPLES.get(wanted, {}))
     return f" (or in {others})" if others else ""
+
+
+def labelled(dims: str | tuple[str, ...], values: Any, units: str, long_name: str) -> Any:
+    """A variable of a Dataset with the two attributes that every one carries."""
+    return dims, values, {"units": units, "long_name": long_name}

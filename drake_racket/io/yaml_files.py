@@ -10,6 +10,7 @@ import functools
 import os
 import re
 import typing
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -18,6 +19,7 @@ import yaml
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import FrozenDict
 from drake_racket.io.schema import read
+from drake_racket.io.shipped import data_directory
 
 T = TypeVar("T")
 
@@ -84,6 +86,18 @@ def name_or_path(given: str | os.PathLike[str], key: str) -> str:
     if not isinstance(text, str):
         raise InputError(key, given, "a name or a path")
     return text
+
+
+def shipped_or_path(
+    given: str | os.PathLike[str], key: str, names: Sequence[str], prefix: str = ""
+) -> Path:
+    """The file of a shipped name (`prefix` and the name), or the path given; raises InputError."""
+    text = name_or_path(given, key)
+    if text.endswith((".yaml", ".yml")):
+        return Path(text)
+    if text not in names:
+        raise InputError(key, text, f"{', '.join(names)} or a path ending in .yaml")
+    return data_directory() / f"{prefix}{text}.yaml"
 
 
 def load_file(path: Path, schema: type[T]) -> T:

@@ -7,8 +7,7 @@ from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.schema import Schema, Text, read
-from drake_racket.io.shipped import data_directory
-from drake_racket.io.yaml_files import load_file, name_or_path
+from drake_racket.io.yaml_files import load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
 
 BALLS = ("penn_titanium",)
@@ -40,12 +39,7 @@ def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
         InputError: unknown name, unreadable file, or content that does not fit.
 
     """
-    ball = name_or_path(ball, "ball")
-    if ball.endswith((".yaml", ".yml")):
-        return read_ball(Path(ball))
-    if ball not in BALLS:
-        raise InputError("ball", ball, f"{', '.join(BALLS)} or a path ending in .yaml")
-    return read_ball(data_directory() / f"ball_{ball}.yaml")
+    return read_ball(shipped_or_path(ball, "ball", BALLS, "ball_"))
 
 
 def read_ball(path: Path) -> BallParameters:

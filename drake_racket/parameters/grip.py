@@ -15,8 +15,7 @@ from typing import Annotated
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_text
 from drake_racket.io.schema import Schema, Text, read
-from drake_racket.io.shipped import data_directory
-from drake_racket.io.yaml_files import dump_text, load_file, name_or_path
+from drake_racket.io.yaml_files import dump_text, load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantities
 
 GRIPS = ("loose", "normal", "tight")
@@ -77,13 +76,7 @@ def load_grip(grip: str | os.PathLike[str] = "normal") -> GripStiffness:
         InputError: unknown name, unreadable file, or content that does not fit.
 
     """
-    grip = name_or_path(grip, "grip")
-    if grip.endswith((".yaml", ".yml")):
-        path = Path(grip)
-    elif grip in GRIPS:
-        path = data_directory() / f"grip_{grip}.yaml"
-    else:
-        raise InputError("grip", grip, f"{', '.join(GRIPS)} or a path ending in .yaml")
+    path = shipped_or_path(grip, "grip", GRIPS, "grip_")
     loaded = load_file(path, GripStiffness)
     _check_whole(loaded, str(path))
     return loaded

@@ -9,7 +9,6 @@ import dataclasses
 import math
 import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -18,8 +17,7 @@ from numpy.typing import NDArray
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
 from drake_racket.io.schema import Schema, Text, read
-from drake_racket.io.shipped import data_directory
-from drake_racket.io.yaml_files import load_file, name_or_path
+from drake_racket.io.yaml_files import load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
 
 UPPER_LIMBS = ("upper_limb",)
@@ -162,13 +160,7 @@ def load_upper_limb(
             that is not a finite positive number.
 
     """
-    limb = name_or_path(limb, "limb")
-    if limb.endswith((".yaml", ".yml")):
-        path = Path(limb)
-    elif limb in UPPER_LIMBS:
-        path = data_directory() / f"{limb}.yaml"
-    else:
-        raise InputError("limb", limb, f"{', '.join(UPPER_LIMBS)} or a path ending in .yaml")
+    path = shipped_or_path(limb, "limb", UPPER_LIMBS)
     loaded = load_file(path, UpperLimbParameters)
     _check_whole(loaded, str(path))
     return _scaled(loaded, _size("mass", mass), _size("height", height))

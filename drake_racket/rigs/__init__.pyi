@@ -25,12 +25,13 @@ from .inertia.dataset import inertia_dataset as inertia_dataset
 from .inertia.swings import bending_error as bending_error
 from .inertia.swings import swing_history as swing_history
 from .modes.bending import acceleration_signal as acceleration_signal
-from .modes.bending import ringing_dataset as ringing_dataset
+from .modes.bending import bending_mode as bending_mode
 from .modes.comparisons import GRIP_FACTORS as GRIP_FACTORS
 from .modes.comparisons import grip_sweep as grip_sweep
 from .modes.comparisons import string_bed_coupling as string_bed_coupling
 from .modes.frame_modes import fundamentals_table as fundamentals_table
 from .modes.frame_modes import modes_dataset as modes_dataset
+from .modes.frame_modes import published_fundamentals as published_fundamentals
 from .modes.shapes import PLANES as PLANES
 from .modes.shapes import SAMPLES as SAMPLES
 from .modes.shapes import check_samples as check_samples

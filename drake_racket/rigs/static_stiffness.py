@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.units import labelled
 from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.laws.strings import generalized_forces
 from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
@@ -124,7 +125,7 @@ def stiffness_dataset(
     secant = np.asarray(forces) / deflection
     return xarray.Dataset(
         {
-            name: (dimensions, values, {"units": units, "long_name": text})
+            name: labelled(dimensions, values, units, text)
             for name, values, units, text in (
                 ("deflection", deflection, "m", "deflection of the loaded string mass"),
                 ("secant_stiffness", secant, "N/m", "force over deflection"),

@@ -24,6 +24,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.extras import has_library
 from drake_racket.io.files import replace_file, write_netcdf, write_table, write_text
 from drake_racket.io.fingerprint import as_text, difference, digest
+from drake_racket.io.units import labelled
 from drake_racket.store import StoreReader
 from drake_racket.sweep.axes import AxisColumn, SweepAxis
 from drake_racket.sweep.identity import fingerprint
@@ -63,10 +64,8 @@ def make_dataset(sweep: Sweep, store: StoreReader) -> xarray.Dataset:
     hashes = identity.pop("scenario_hashes")
     dimensions = tuple(axis.name for axis in sweep.axes)
     variables: dict[str, Any] = {
-        output.name: (
-            dimensions,
-            table[:, i].reshape(sweep.shape),
-            {"units": output.units, "long_name": output.long_name},
+        output.name: labelled(
+            dimensions, table[:, i].reshape(sweep.shape), output.units, output.long_name
         )
         for i, output in enumerate(sweep.outputs)
     }
@@ -77,7 +76,7 @@ def make_dataset(sweep: Sweep, store: StoreReader) -> xarray.Dataset:
     ):
         attributes = {"units": units, "long_name": text}
         variables[name] = (dimensions, values.reshape(sweep.shape), attributes)
-    variables["sweep"] = ((), as_text(identity), {"units": "", "long_name": "what was run (JSON)"})
+    variables["sweep"] = labelled((), as_text(identity), "", "what was run (JSON)")
     coordinates: dict[str, Any] = {}
     for axis in sweep.axes:
         coordinates |= _coordinates(axis)
@@ -102,7 +101,7 @@ def _coordinates(axis: SweepAxis) -> dict[str, Any]:
     labels = _array(axis.labels)
     if not axis.joint:
         return {axis.name: (axis.name, labels, _attributes(axis.columns[0]))}
-    found = {axis.name: (axis.name, labels, {"units": "", "long_name": "rows of the design"})}
+    found = {axis.name: labelled(axis.name, labels, "", "rows of the design")}
     for column in axis.columns:
         attributes = _attributes(column)
         found[column.key.name] = (axis.name, _array(column.values), attributes)
@@ -160,7 +159,7 @@ def flat(dataset: xarray.Dataset) -> xarray.Dataset:
         spread = [variable.shape[axes.index(i)] if i in axes else 1 for i in range(len(shape))]
         values = np.broadcast_to(variable.to_numpy().reshape(spread), shape).reshape(-1)
         variables[str(name)] = ("case", values, variable.attrs)
-    case = ("case", np.arange(dataset["status"].size), {"units": "", "long_name": "number"})
+    case = labelled("case", np.arange(dataset["status"].size), "", "number")
     return xarray.Dataset(variables, coords={"case": case}, attrs=dataset.attrs)
 
 

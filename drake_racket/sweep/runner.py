@@ -7,7 +7,7 @@ topology, which is built from the first case of that topology: results depend on
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from drake_racket.io.fingerprint import as_text, computation
@@ -31,7 +31,6 @@ MOST_BUILDS = 60
 """Diagrams after which a process is replaced: on Drake 1.51 they are not freed (0.5 MB each)."""
 
 Outcomes = Generator[list[CaseOutcome], None, None]
-Runner = Callable[[Iterable[CaseTask]], Outcomes]
 
 
 def run_cases(

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.units import labelled
 
 if TYPE_CHECKING:
     import xarray
@@ -178,19 +179,15 @@ def sobol_indices(
     }
     spans = design.parameters.values()
     labels: dict[str, Any] = {
-        "output": ("output", list(outputs), {"units": "", "long_name": "output"}),
-        "parameter": (
-            "parameter",
-            list(design.parameters),
-            {"units": "", "long_name": "parameter"},
-        ),
-        "low": ("parameter", [s.low for s in spans], {"units": "see unit", "long_name": "from"}),
-        "high": ("parameter", [s.high for s in spans], {"units": "see unit", "long_name": "to"}),
-        "unit": ("parameter", [s.unit for s in spans], {"units": "", "long_name": "unit"}),
+        "output": labelled("output", list(outputs), "", "output"),
+        "parameter": labelled("parameter", list(design.parameters), "", "parameter"),
+        "low": labelled("parameter", [s.low for s in spans], "see unit", "from"),
+        "high": labelled("parameter", [s.high for s in spans], "see unit", "to"),
+        "unit": labelled("parameter", [s.unit for s in spans], "", "unit"),
     }
     return xarray.Dataset(
         {
-            name: (("output", "parameter"), table[i], {"units": "1", "long_name": text})
+            name: labelled(("output", "parameter"), table[i], "1", text)
             for i, (name, text) in enumerate(texts.items())
         },
         coords=labels,

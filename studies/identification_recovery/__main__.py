@@ -27,8 +27,9 @@ from drake_racket import (
     write_netcdf,
     write_text,
 )
-from drake_racket.identify import Search, coverage_figure, fit_string_bed, markdown_table
+from drake_racket.identify import Search, fit_string_bed, markdown_table
 from studies.identification_recovery import recovery
+from studies.identification_recovery.figures import coverage_figure
 from studies.synthetic_laboratory.laboratory import Noise, restitution_table
 
 PARTS = (

@@ -21,14 +21,9 @@ from drake_racket import (
     write_netcdf,
     write_table,
 )
-from drake_racket.limbs import (
-    GRIP_ROTATIONS,
-    add_upper_limb,
-    limb_posture,
-    segment_dataset,
-    set_posture,
-)
+from drake_racket.limbs import GRIP_ROTATIONS, add_upper_limb
 from studies.upper_limb.figures import upper_limb_figure
+from studies.upper_limb.posture import limb_posture, segment_dataset, set_posture
 
 # an example, not a measured one: racket level and out to the side, strings facing forward
 FOREHAND_DEG = (45.0, 40.0, -45.0, 15.0, -35.0, -50.0, -30.0)

@@ -18,9 +18,10 @@ from drake_racket.identify.ball.plate_sensitivity import plate_force
 from drake_racket.identify.ball.speed_line import speed_line
 from drake_racket.identify.report.ball_figures import ball_fit_figure
 from drake_racket.io.errors import InputError
-from drake_racket.io.signals import Signal, write_signal
+from drake_racket.io.signals import Signal
 from drake_racket.rigs.force_plate.force import closed_form
 from drake_racket.rigs.force_plate.plate import make_force_plate
+from tests.conftest import write_signal
 from tests.oracles.damped_oscillator import Oscillator
 
 MASS, RATE = 0.059, 65e3

@@ -10,8 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.signals import MAX_BYTES, Signal, pulse_extent, read_signal, write_signal
+from drake_racket.io.signals import MAX_BYTES, Signal, pulse_extent, read_signal
 from drake_racket.rigs.hammer.ringing import analyse_ringing
+from tests.conftest import write_signal
 
 SETTINGS = settings(
     max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]

@@ -20,10 +20,10 @@ from drake_racket.laws.limits import limit_energies, limit_losses, limit_torques
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.limits import add_joint_limits, limit_law
 from drake_racket.limbs.upper_limb import add_upper_limb
-from drake_racket.limbs.upper_limb_posture import set_posture
 from drake_racket.parameters.limb import JOINTS, load_upper_limb
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plant.compose import connect_forces
+from studies.upper_limb.posture import set_posture
 
 LOWER, UPPER, K, D = -0.5, 0.8, 120.0, 0.4
 INERTIA = 0.09  # kg m^2, of the one-joint limb

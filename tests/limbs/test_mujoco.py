@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import subprocess
 import sys
@@ -19,20 +20,19 @@ from pydrake.multibody.tree import PrismaticJoint, RevoluteJoint
 
 from drake_racket.io.errors import InputError
 from drake_racket.limbs.mujoco import model as mujoco_model
-from drake_racket.limbs.mujoco.compare import (
+from drake_racket.limbs.mujoco.importer import import_mujoco
+from drake_racket.limbs.mujoco.model import quiet_mujoco
+from drake_racket.limbs.mujoco.report import LeftOut
+from studies.myosim_arm.compare import (
     compare_with_mujoco,
     joint_table,
     mass_and_bias,
     random_positions,
 )
-from drake_racket.limbs.mujoco.importer import import_mujoco
-from drake_racket.limbs.mujoco.model import quiet_mujoco
-from drake_racket.limbs.mujoco.report import LeftOut
 from tests.conftest import ROOT
 
 mujoco = pytest.importorskip("mujoco")
 
-STUDY = ROOT / "studies" / "myosim_arm.py"
 LARGEST = {
     "position_error": 1e-10,
     "rotation_error": 1e-10,
@@ -480,7 +480,7 @@ def test_myosim_arm_is_mujocos(arm, couplings):
 
 
 def test_fist_holds_one_straight_grip(arm):
-    from drake_racket.limbs.mujoco.myosim import (
+    from studies.myosim_arm.hand import (
         GRIP_RADIUS,
         HAND,
         finger_centres,
@@ -519,9 +519,11 @@ def test_fist_holds_one_straight_grip(arm):
 
 @pytest.mark.slow
 def test_study(tmp_path, arm):
-    command = [sys.executable, str(STUDY), "--samples", "3", "--fist", "--after", "0.006"]
-    command += ["--out", str(tmp_path / "o")]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=True)
+    command = [sys.executable, "-m", "studies.myosim_arm", "--samples", "3", "--fist"]
+    command += ["--after", "0.006", "--out", str(tmp_path / "o")]
+    options = {"capture_output": True, "text": True, "cwd": tmp_path}
+    options["env"] = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, check=True, **options)
     assert "7 degrees of freedom of 38" in done.stdout
     closure = float(re.search(r"energy closes to ([\d.e-]+)", done.stdout)[1])
     assert closure < 1e-4  # the arm's rotors and springs are in the balance
@@ -536,8 +538,6 @@ def test_study(tmp_path, arm):
         assert float(joints["damping"].sel(joint="elbow_flexion_r")) == 0.75
     assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
     assert (tmp_path / "o" / "joints.csv").read_text().startswith("joint,kind,body,locked [1]")
-    wrong = subprocess.run(
-        [*command, "--root", "nose"], capture_output=True, text=True, cwd=tmp_path
-    )
+    wrong = subprocess.run([*command, "--root", "nose"], **options)
     assert wrong.returncode == 2
     assert "root: got 'nose'" in wrong.stderr

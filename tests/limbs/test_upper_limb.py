@@ -19,7 +19,6 @@ from pydrake.systems.analysis import Simulator
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import data_directory, sdf_directory
 from drake_racket.limbs.upper_limb import GRIP_ROTATIONS, add_upper_limb, find_upper_limb
-from drake_racket.limbs.upper_limb_posture import set_posture
 from drake_racket.limbs.upper_limb_sdf import shipped_limb_models
 from drake_racket.parameters.limb import (
     JOINTS,
@@ -28,6 +27,7 @@ from drake_racket.parameters.limb import (
     load_upper_limb,
 )
 from drake_racket.parameters.quantities import Quantity
+from studies.upper_limb.posture import set_posture
 
 # de Leva (1996), Table 4, male: mass %, length mm, COM %, radii % (sagittal, transverse, along)
 TABLE = {
@@ -428,4 +428,4 @@ def test_study(tmp_path):
         assert all("units" in v.attrs and "long_name" in v.attrs for v in data.variables.values())
     bad = subprocess.run([*command, "--height", "0"], capture_output=True, text=True, check=False)
     assert bad.returncode == 2
-    assert bad.stderr.startswith("studies/upper_limb.py: load_upper_limb: height")
+    assert bad.stderr.startswith("studies.upper_limb: load_upper_limb: height")

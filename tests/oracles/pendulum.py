@@ -9,11 +9,6 @@ With q = a sin(s) the integrand is smooth at both ends, and Gauss-Legendre nodes
 
 *Physical pendulum:* M = I about the pivot, V = m g d (1 - cos q).
 
-*Bifilar suspension:* wires of length L, D apart. Turned by q, each lower end has moved sideways by
-the chord D sin(q/2), so that the body has risen by h = L - sqrt(L^2 - D^2 sin^2(q/2)):
-
-    V = m g h,   M = I + m (dh/dq)^2,   dh/dq = D^2 sin(q) / (4 sqrt(L^2 - D^2 sin^2(q/2))).
-
 *Hinged pendulum.* Two bodies in a chain under a pivot at the swingweight axis, hinged at a spring k
 a distance l below it. With small absolute angles p1, p2 from the vertical, the first body's centre
 at c1 below the pivot and the second's c2 below the hinge:
@@ -47,18 +42,6 @@ def pendulum_period(I: float, m: float, d: float, g: float, amplitude: float) ->
     return energy_period(
         lambda q: np.full_like(q, I), lambda q: 2.0 * m * g * d * np.sin(0.5 * q) ** 2, amplitude
     )
-
-
-def bifilar_period(I: float, m: float, D: float, L: float, g: float, amplitude: float) -> float:
-    def height(q: np.ndarray) -> np.ndarray:
-        square = D * D * np.sin(0.5 * q) ** 2
-        return square / (L + np.sqrt(L * L - square))
-
-    def inertia(q: np.ndarray) -> np.ndarray:
-        slope = D * D * np.sin(q) / (4.0 * np.sqrt(L * L - D * D * np.sin(0.5 * q) ** 2))
-        return I + m * slope**2
-
-    return energy_period(inertia, lambda q: m * g * height(q), amplitude)
 
 
 def hinged_pendulum_period(

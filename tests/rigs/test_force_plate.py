@@ -14,13 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.signals import Signal, read_signal, write_signal
+from drake_racket.io.signals import Signal, read_signal
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plots.rigs.force_plate import force_plate_figure
 from drake_racket.rigs.force_plate.force import analyse_force, closed_form, sample_times
 from drake_racket.rigs.force_plate.plate import make_force_plate, plate_dataset
-from tests.conftest import ROOT, kb_cb
+from tests.conftest import ROOT, kb_cb, write_signal
 from tests.oracles.damped_oscillator import Oscillator
 
 STUDY = ROOT / "studies" / "force_plate.py"

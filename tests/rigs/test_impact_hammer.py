@@ -13,14 +13,15 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.common.value import AbstractValue
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.signals import Signal, read_signal, write_signal
+from drake_racket.io.signals import Signal, read_signal
 from drake_racket.parameters.racket import load_racket
 from drake_racket.plots.rigs.impact_hammer import hammer_figure
 from drake_racket.rigs.hammer.force import half_sine, sampled_pulse
 from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS, hammer_dataset, make_hammer_rig
 from drake_racket.rigs.hammer.ringing import analyse_ringing
-from drake_racket.rigs.modes.bending import acceleration_signal, bending_mode, ringing_dataset
-from tests.conftest import ROOT
+from drake_racket.rigs.modes.bending import acceleration_signal, bending_mode
+from studies.impact_hammer import ringing_dataset
+from tests.conftest import ROOT, write_signal
 from tests.oracles.hammered_racket import HammeredRacket
 from tests.oracles.two_body import free_free_frequency, reduced_inertia
 

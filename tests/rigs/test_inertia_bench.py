@@ -18,9 +18,7 @@ from drake_racket import load_racket, racket_properties
 from drake_racket.io.errors import InputError
 from drake_racket.rigs.inertia.bench import (
     balance_point,
-    bifilar_moment,
     pendulum_moments,
-    swingweight_from_period,
     torsion_constant,
     torsional_moment,
     weigh_twice,
@@ -43,7 +41,7 @@ from drake_racket.rigs.inertia.simulation import (
 )
 from drake_racket.rigs.inertia.swings import swing_history
 from tests.conftest import ROOT
-from tests.oracles.pendulum import bifilar_period, hinged_pendulum_period, pendulum_period
+from tests.oracles.pendulum import hinged_pendulum_period, pendulum_period
 
 G = 9.80665
 RACKETS = ("tour", "recreational")
@@ -88,19 +86,6 @@ def test_the_stated_error_of_small_angles():
     assert pendulum_moments(period, 1.0, 0.5).about_pivot.value - 1.0 == pytest.approx(
         0.0038, abs=5e-5
     )
-
-
-@pytest.mark.parametrize("length", [0.5, 2.0])
-def test_bifilar_is_the_small_twist_limit_and_off_as_stated(length):
-    I, m, D = 0.0166, 0.309, 0.2
-
-    def error(amplitude):
-        return bifilar_moment(bifilar_period(I, m, D, length, G, amplitude), m, D, length).value / I
-
-    assert error(1e-4) == pytest.approx(1.0, abs=1e-8)
-    a = math.radians(10)
-    # in I twice the period's a^2 / 16, within a^2 D^2 / L^2
-    assert error(a) - 1.0 == pytest.approx(a**2 / 8, abs=a**2 * (D / length) ** 2 + a**4)
 
 
 def test_torsion_returns_the_spring_and_the_body():
@@ -195,13 +180,6 @@ def test_deviations_of_the_other_sums():
     )
     expected = numeric_sd(lambda *x: balance_point(*x, fixed_edge=0.02).value, value, sds)
     assert found.sd == pytest.approx(expected, rel=1e-6)
-    value, sds = (1.5, 0.31, 0.2, 1.1), (0.01, 0.002, 0.001, 0.003)
-    found = bifilar_moment(
-        *value, period_sd=sds[0], mass_sd=sds[1], separation_sd=sds[2], length_sd=sds[3]
-    )
-    assert found.sd == pytest.approx(
-        numeric_sd(lambda *x: bifilar_moment(*x).value, value, sds), rel=1e-6
-    )
 
 
 def test_a_stopwatch_scatter_gives_the_stated_deviation():
@@ -265,7 +243,7 @@ def test_swingweight_both_ways(moment, mass, balance, a):
     amplitude = min(a, 3.0)
     total = swingweight(mass, balance, moment)
     period = pendulum_period(total, mass, balance - 0.1016, G, amplitude)
-    direct = swingweight_from_period(period, mass, balance, amplitude=amplitude)
+    direct = pendulum_moments(period, mass, balance - 0.1016, amplitude=amplitude).about_pivot
     assert direct.value == pytest.approx(total, rel=1e-9)
 
 
@@ -274,10 +252,8 @@ CALLS = {
     pendulum_moments: {"period": 1.4, "mass": 0.3, "distance": 0.23, "gravity": 9.8},
     torsional_moment: {"period": 0.5, "torsion_constant": 0.02},
     torsion_constant: {"period": 0.5, "known_moment": 0.001},
-    bifilar_moment: {"period": 1.5, "mass": 0.3, "separation": 0.2, "length": 1.0, "gravity": 9.8},
     balance_point: {"reading": 0.2, "mass": 0.3, "edge_distance": 0.6},
     swingweight: {"mass": 0.3, "balance": 0.33, "moment": 0.017},
-    swingweight_from_period: {"period": 1.4, "mass": 0.3, "balance": 0.33},
 }
 SIGNED = {(balance_point, "edge_distance"), (swingweight, "balance")}
 
@@ -320,8 +296,7 @@ def test_bad_numbers_are_named(function, key):
         (lambda: torsion_constant(0.5, 0.02, empty_period=0.6), "empty_period"),
         (lambda: balance_point(0.31, 0.3, 0.5), "reading"),
         (lambda: balance_point(0.2, 0.3, 0.0), "edge_distance"),
-        (lambda: swingweight_from_period(1.4, 0.3, 0.1), "balance"),
-        (lambda: bifilar_moment(1e300, 0.3, 0.2, 1.0), "measured numbers"),
+        (lambda: torsional_moment(1e300, 0.02), "measured numbers"),
         (lambda: combine([]), "parts"),
         (lambda: combine([Inertia(0.0, 0.1, 1.0, 1.0, 1.0)]), "mass"),
         (lambda: combine([Inertia(1.0, 0.1, -1.0, 1.0, 1.0)]), "longitudinal"),

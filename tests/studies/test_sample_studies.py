@@ -12,11 +12,9 @@ import xarray
 from drake_racket import Scenario, load_racket, simulate
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.sweep.outputs import VIBRATION, handle_ringing
-from tests.conftest import ROOT, clamped_problem
+from tests.conftest import clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 from tests.oracles.two_body import free_free_frequency
-
-STUDIES = ROOT / "studies"
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +27,7 @@ def quick(tmp_path_factory):
             out = tmp_path_factory.mktemp(name)
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr("sys.argv", [name, "--quick", "--out", str(out)])
-                ran[name] = out, runpy.run_path(str(STUDIES / f"{name}.py"), run_name="__main__")
+                ran[name] = out, runpy.run_module(f"studies.{name}", run_name="__main__")
         return ran[name]
 
     return run
@@ -110,7 +108,7 @@ def test_sweet_spots_of_a_few_aims(quick):
 
 
 def test_aims_lie_within_the_rim_on_one_half():
-    study = runpy.run_path(str(STUDIES / "sweet_spots.py"))
+    study = runpy.run_module("studies.sweet_spots.__main__")
     for name in ("tour", "recreational"):
         racket = load_racket(name)
         bed = racket.string_bed
@@ -129,7 +127,7 @@ def test_aims_lie_within_the_rim_on_one_half():
 
 def test_centre_of_percussion_does_not_push_the_hand():
     """A force there turns the free rigid racket about the hand's place: its velocity is 0."""
-    study = runpy.run_path(str(STUDIES / "sweet_spots.py"))
+    study = runpy.run_module("studies.sweet_spots.__main__")
     racket = load_racket("tour")
     at = study["closed_forms"](racket)["peak_hand_force"]
     handle, head, bed = racket.handle, racket.head, racket.string_bed
@@ -173,7 +171,7 @@ def test_a_study_refuses_a_file_as_directory_in_one_line(name, monkeypatch, tmp_
     (tmp_path / "file").write_text("")
     monkeypatch.setattr("sys.argv", [name, "--quick", "--out", str(tmp_path / "file" / "x")])
     with pytest.raises(SystemExit) as stopped:
-        runpy.run_path(str(STUDIES / f"{name}.py"), run_name="__main__")
+        runpy.run_module(f"studies.{name}", run_name="__main__")
     assert stopped.value.code == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1

@@ -13,12 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_racket import InputError, Scenario, load_racket
-from drake_racket.plots.sensitivity import sensitivity_figure
 from drake_racket.sweep import make_sweep
 from drake_racket.sweep.sensitivity import Span, sobol_design, sobol_indices
-from tests.conftest import ROOT
+from studies.what_decides_ball_speed.figures import sensitivity_figure
 
-STUDY = ROOT / "studies" / "what_decides_ball_speed.py"
+STUDY = "studies.what_decides_ball_speed.__main__"
 
 
 def indices_of(function, parameters, samples, **options):
@@ -183,7 +182,7 @@ def test_the_figure_has_a_panel_per_output_with_the_spans():
 
 
 def test_the_study_sets_its_seven_keys():
-    study = runpy.run_path(str(STUDY))
+    study = runpy.run_module(STUDY)
     design = sobol_design(study["SPANS"], 4, 1)
     base = Scenario(support="grip", point="auto", audit=False)
     sweep = study["decision_sweep"](design, base)
@@ -212,7 +211,7 @@ def test_the_study_sets_its_seven_keys():
 
 def test_ball_speed_is_that_of_a_racket_that_moves():
     """In the frame of a racket at v_r the ball comes at v_b + v_r = 25 and leaves at e times it."""
-    study = runpy.run_path(str(STUDY))
+    study = runpy.run_module(STUDY)
     speed = study["with_ball_speed"](xarray.Dataset({"restitution": ("row", [0.0, 0.4])}))
     np.testing.assert_allclose(speed["ball_speed"], 15.0 + np.array([0.0, 0.4]) * 25.0)
 
@@ -220,7 +219,7 @@ def test_ball_speed_is_that_of_a_racket_that_moves():
 @pytest.mark.slow
 def test_the_study_runs(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr("sys.argv", ["study", "--quick", "--out", str(tmp_path)])
-    runpy.run_path(str(STUDY), run_name="__main__")
+    runpy.run_module(STUDY, run_name="__main__")
     assert "impact point, x" in capsys.readouterr().out
     indices = xarray.open_dataset(tmp_path / "indices.nc")
     assert indices.sizes == {"output": 3, "parameter": 5}

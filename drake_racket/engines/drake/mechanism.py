@@ -95,11 +95,6 @@ def mechanism_of(
     )
 
 
-def landmark_place(mechanism: Mechanism, name: str) -> Place:
-    """The place of one of a mechanism's landmarks."""
-    return mechanism.places[_key(name)]
-
-
 def _key(landmark: str) -> str:
     return f"landmark {landmark}"
 

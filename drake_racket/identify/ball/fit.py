@@ -19,6 +19,7 @@ from drake_racket.identify.ball.speed_line import WEIGHTS, SpeedLine, speed_line
 from drake_racket.identify.core.estimate import Estimate
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Progress, Report
+from drake_racket.io.units import labelled
 
 if TYPE_CHECKING:
     import xarray
@@ -89,7 +90,7 @@ class BallFit:
 
         rows = np.array([_row(group) for group in self.groups]).T
         columns = {
-            name: ("speed", row, {"units": unit, "long_name": text})
+            name: labelled("speed", row, unit, text)
             for (name, unit, text), row in zip(_COLUMNS, rows, strict=True)
         }
         fields = self.fields()

@@ -62,7 +62,6 @@ class Checkpoint:
 
     def __init__(self, path: Path | None, header: Mapping[str, Any]) -> None:
         self.path = path
-        self.replayed = 0
         self._number = 0
         self._store: Store | None = None
         self._records: Iterator[tuple[Any, ...]] | None = None
@@ -116,7 +115,6 @@ class Checkpoint:
             if found[0] != key:
                 raise InputError("checkpoint", self.path, "a checkpoint of the same computation")
             values = found[1]
-            self.replayed += 1
         self._number += 1
         return np.frombuffer(values, "<f8").astype(np.float64)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_racket.identify.core.problem import Array, Parameter
 from drake_racket.io.errors import InputError
+from drake_racket.io.units import labelled
 
 if TYPE_CHECKING:
     import xarray
@@ -193,8 +194,8 @@ class FitResult:
         notes["at_bounds"] = self.at_bounds
         attributes |= {key: "; ".join(texts) for key, texts in notes.items()}
         return xarray.Dataset(
-            {n: (d, v, {"units": u, "long_name": t}) for n, (d, v, u, t) in table.items()},
-            {n: (d, v, {"units": u, "long_name": t}) for n, (d, v, u, t) in coordinates.items()},
+            {n: labelled(d, v, u, t) for n, (d, v, u, t) in table.items()},
+            {n: labelled(d, v, u, t) for n, (d, v, u, t) in coordinates.items()},
             attributes,
         )
 

@@ -31,6 +31,7 @@ from drake_racket.identify.frame.hammer_record import (
 from drake_racket.identify.frame.ringing_problem import RingingProblem
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Progress, Report
+from drake_racket.io.units import labelled
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS
 from drake_racket.rigs.hammer.ringing import analyse_ringing
@@ -141,10 +142,10 @@ class FrameFit:
         ends = [r.after * r.step for r in self.records]
         gains, delays = self.result.estimates[2::2], self.result.estimates[3::2]
         data = {
-            name: (("strike", "time"), table(values), {"units": units, "long_name": text})
+            name: labelled(("strike", "time"), table(values), units, text)
             for name, units, text, values in columns
         } | {
-            name: ("strike", values, {"units": units, "long_name": text})
+            name: labelled("strike", values, units, text)
             for name, units, text, values in (
                 ("fitted_from", "s", "end of the pulse, from where it is fitted", ends),
                 ("gain", "1", "measured over modelled ringing", gains),

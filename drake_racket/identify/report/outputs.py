@@ -55,13 +55,7 @@ def write_string_bed(
 
     """
     table = fit.problem.table
-    provenance = Provenance(
-        data=Path(table.where).name,
-        sha256=table.sha256,
-        date=date,
-        method=fit.result.method,
-        rms=f"{100.0 * fit.rms:.3g} % of restitution",
-    )
+    provenance = _provenance(fit, date, f"{100.0 * fit.rms:.3g} % of restitution")
     racket = fitted_racket(
         fit.problem.racket,
         fit.estimates,
@@ -96,13 +90,7 @@ def write_friction(
 ) -> list[Path]:
     """Writes a fit of friction; returns the paths."""
     table = fit.problem.table
-    provenance = Provenance(
-        data=Path(table.where).name,
-        sha256=table.sha256,
-        date=date,
-        method=fit.result.method,
-        rms=f"{fit.rms:.3g} deg",
-    )
+    provenance = _provenance(fit, date, f"{fit.rms:.3g} deg")
     racket = fitted_racket(fit.problem.racket, fit.estimates, provenance, name=name)
     figures = {
         "rebound_angles": angle_fit_figure(fit.to_dataset(), fit.problem.racket.title),
@@ -124,6 +112,11 @@ def write_friction(
         markdown_table(("coefficient", "deg per 0.01"), by_name),
     ]
     return _write(fit, racket, provenance, out, figures, extra, scale=1.0, unit="deg")
+
+
+def _provenance(fit: StringBedFit | FrictionFit, date: str, rms: str) -> Provenance:
+    table = fit.problem.table
+    return Provenance(Path(table.where).name, table.sha256, date, fit.result.method, rms)
 
 
 def _write(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -202,25 +202,18 @@ def write_racket(racket: RacketParameters, path: Path) -> None:
         InputError: a racket that its own reader refuses.
 
     """
-
-    def write(temporary: Path) -> None:
-        temporary.write_text(_text(racket), encoding="utf-8")
-        read_racket(temporary)
-
-    replace_file(path, write)
+    _write(racket, path, read_racket)
 
 
 def write_ball(ball: BallParameters, path: Path) -> None:
-    """Writes a parameter file, which is read back before it takes its name.
+    """As `write_racket`."""
+    _write(ball, path, read_ball)
 
-    Raises:
-        InputError: a ball that its own reader refuses.
 
-    """
-
+def _write(parameters: Any, path: Path, read: Callable[[Path], object]) -> None:
     def write(temporary: Path) -> None:
-        temporary.write_text(_text(ball), encoding="utf-8")
-        read_ball(temporary)
+        temporary.write_text(_text(parameters), encoding="utf-8")
+        read(temporary)
 
     replace_file(path, write)
 

@@ -28,6 +28,7 @@ from scipy.interpolate import CubicHermiteSpline
 from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal
+from drake_racket.io.units import labelled
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactBodies, ContactModel, contact_record
 from drake_racket.parameters.ball import BallParameters, load_ball
@@ -247,7 +248,7 @@ def plate_dataset(
         closed_form(mass=ball.mass.value, stiffness=r.kb, damping=r.cb, speed=r.speed) for r in runs
     ]
     columns: dict[str, Any] = {
-        name: ("speed", [getattr(r, name) for r in runs], {"units": units, "long_name": text})
+        name: labelled("speed", [getattr(r, name) for r in runs], units, text)
         for name, units, text in _VARIABLES
     }
     for name, units, text in _VARIABLES[2:]:
@@ -258,12 +259,12 @@ def plate_dataset(
         ("force", [r.sampled(rate).value for r in runs], "force on the plate"),
         ("force_closed_form", [f.force(time) for f in forms], "force on the plate, closed form"),
     ):
-        columns[name] = (("speed", "time"), rows, {"units": "N", "long_name": text})
+        columns[name] = labelled(("speed", "time"), rows, "N", text)
     return xr.Dataset(
         columns,
         coords={
-            "speed": ("speed", list(speeds), {"units": "m/s", "long_name": "approach speed"}),
-            "time": ("time", time, {"units": "s", "long_name": "time from touch"}),
+            "speed": labelled("speed", list(speeds), "m/s", "approach speed"),
+            "time": labelled("time", time, "s", "time from touch"),
         },
         attrs={
             "title": f"{ball.title} on a force plate",

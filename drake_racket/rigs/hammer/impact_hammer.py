@@ -30,6 +30,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.io.errors import InputError, SimulationError
+from drake_racket.io.units import labelled
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plant.racket import Racket, add_racket
@@ -169,10 +170,10 @@ class HammerRig:
         frame = parameters.title.split(",")[0]  # without its stringing
         return xr.Dataset(
             {
-                name: ("time", column, {"units": units, "long_name": text})
+                name: labelled("time", column, units, text)
                 for (name, units, text), column in zip(variables, samples.T, strict=True)
             },
-            coords={"time": ("time", time, {"units": "s", "long_name": "time"})},
+            coords={"time": labelled("time", time, "s", "time")},
             attrs={
                 "title": f"{frame}, bare frame, impact hammer, {self.direction.replace('_', ' ')}",
                 "racket": parameters.name,

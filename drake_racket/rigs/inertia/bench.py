@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from scipy.special import ellipk
 
 from drake_racket.io.errors import InputError
-from drake_racket.plant.properties import SWINGWEIGHT_AXIS
 from drake_racket.rigs.input_checks import (
     check_finite,
     check_not_negative,
@@ -168,49 +167,6 @@ def torsion_constant(period: float, known_moment: float, *, empty_period: float 
     return constant
 
 
-def bifilar_moment(
-    period: float,
-    mass: float,
-    separation: float,
-    length: float,
-    *,
-    gravity: float = STANDARD_GRAVITY,
-    period_sd: float = 0.0,
-    mass_sd: float = 0.0,
-    separation_sd: float = 0.0,
-    length_sd: float = 0.0,
-) -> Measured:
-    """Moment of inertia (kg m^2) about the vertical axis midway between two equal, vertical wires.
-
-        I = m g D^2 T^2 / (16 pi^2 L)
-
-    The centre of mass lies on that axis. The formula is the limit of small twists. An amplitude a
-    lengthens the period by a^2 / 16 (0.19 % at 10 degrees, so 0.38 % in I) where the wires are long
-    (D << L), and by terms of order a^2 D^2 / L^2 more where they are not.
-
-    Args:
-        period: s.  mass: kg.  separation: m, D, between the wires.  length: m, L, of the wires.
-
-    Raises:
-        InputError: a value is not finite or out of range.
-
-    """
-    check_positive(period=period, mass=mass, separation=separation, length=length)
-    check_positive(gravity=gravity)
-    check_not_negative(
-        period_sd=period_sd, mass_sd=mass_sd, separation_sd=separation_sd, length_sd=length_sd
-    )
-    arm = separation * period
-    moment = mass * gravity * arm * arm / (16.0 * math.pi**2 * length)
-    return _measured(
-        moment,
-        2.0 * moment / period * period_sd,
-        moment / mass * mass_sd,
-        2.0 * moment / separation * separation_sd,
-        moment / length * length_sd,
-    )
-
-
 def balance_point(
     reading: float,
     mass: float,
@@ -308,43 +264,6 @@ def weigh_twice(
     for result in (deviation, covariance):
         check_finite("edges, reading_sd, place_sd", result)
     return Weighing(_measured(mass, reading_sd, reading_sd), Measured(place, deviation), covariance)
-
-
-def swingweight_from_period(
-    period: float,
-    mass: float,
-    balance: float,
-    *,
-    axis: float = SWINGWEIGHT_AXIS,
-    amplitude: float = 0.0,
-    gravity: float = STANDARD_GRAVITY,
-    period_sd: float = 0.0,
-    mass_sd: float = 0.0,
-    balance_sd: float = 0.0,
-) -> Measured:
-    """Swingweight (kg m^2) of a racket that swings tip down about the swingweight axis itself.
-
-    `pendulum_moments` with the pivot at `axis`; no parallel-axis step, so an error of the balance
-    counts once.
-
-    Raises:
-        InputError: as `pendulum_moments`, or the balance is not beyond the axis.
-
-    """
-    check_finite("balance", balance)
-    check_finite("axis", axis)
-    if not balance > axis:
-        raise InputError("balance", balance, f"more than {axis} m, the axis's place")
-    return pendulum_moments(
-        period,
-        mass,
-        balance - axis,
-        amplitude=amplitude,
-        gravity=gravity,
-        period_sd=period_sd,
-        mass_sd=mass_sd,
-        distance_sd=balance_sd,
-    ).about_pivot
 
 
 def _check_periods(period: float, empty_period: float) -> None:

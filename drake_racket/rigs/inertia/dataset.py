@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.units import labelled
 from drake_racket.parameters.racket import RacketParameters, load_racket
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS, racket_properties
 from drake_racket.rigs.inertia.bench import (
@@ -193,10 +194,11 @@ def inertia_dataset(
             "racket": ("racket", list(racket_names), {"long_name": "racket"}),
             "part": ("part", list(SPECIMENS), {"long_name": "what is measured"}),
             "axis": ("axis", list(AXES), {"long_name": "axis of the moment, through the COM"}),
-            "pivot": (
+            "pivot": labelled(
                 "part",
                 [PIVOTS[s] for s in SPECIMENS],
-                {"units": "m", "long_name": "pendulum axis from the end nearest the butt"},
+                "m",
+                "pendulum axis from the end nearest the butt",
             ),
         },
         attrs={
@@ -210,14 +212,9 @@ def inertia_dataset(
 
 Found = list[list[BenchResult]]
 Given = list[list[Inertia]]
-Variable = tuple[tuple[str, ...], Any, dict[str, str]]
 
 
-def _variable(dimensions: tuple[str, ...], values: Any, units: str, text: str) -> Variable:
-    return dimensions, np.array(values, dtype=float), {"units": units, "long_name": text}
-
-
-def _parts(found: Found, given: Given) -> dict[str, Variable]:
+def _parts(found: Found, given: Given) -> dict[str, Any]:
     """Mass and balance over racket and part."""
     columns = {
         "mass": ([[f.mass.value for f in row] for row in found], "kg", "mass from the scales"),
@@ -227,10 +224,10 @@ def _parts(found: Found, given: Given) -> dict[str, Variable]:
         "com_sd": ([[f.com.sd for f in row] for row in found], "m", "its standard deviation"),
         "com_input": ([[g.com for g in row] for row in given], "m", "balance put in"),
     }
-    return {name: _variable(("racket", "part"), *column) for name, column in columns.items()}
+    return {name: labelled(("racket", "part"), *column) for name, column in columns.items()}
 
 
-def _moments(found: Found, given: Given) -> dict[str, Variable]:
+def _moments(found: Found, given: Given) -> dict[str, Any]:
     """Periods and moments over racket, part and axis."""
     cube = [[[f.moments[axis] for axis in AXES] for f in row] for row in found]
     moment = np.array([[[m.value for m in line] for line in row] for row in cube])
@@ -251,10 +248,10 @@ def _moments(found: Found, given: Given) -> dict[str, Variable]:
         "relative_error": (moment / put_in - 1.0, "1", "recovered over put in, less 1"),
     }
     dimensions = ("racket", "part", "axis")
-    return {name: _variable(dimensions, *column) for name, column in columns.items()}
+    return {name: labelled(dimensions, *column) for name, column in columns.items()}
 
 
-def _whole(rackets: list[RacketParameters], found: Found) -> dict[str, Variable]:
+def _whole(rackets: list[RacketParameters], found: Found) -> dict[str, Any]:
     """The strung rackets' numbers as makers quote them, from the bench and from the model."""
     strung = [row[SPECIMENS.index("strung")].about_pivot for row in found]
     model = [racket_properties(r) for r in rackets]
@@ -270,5 +267,5 @@ def _whole(rackets: list[RacketParameters], found: Found) -> dict[str, Variable]
             ("_model", [getattr(m, name) for m in model], "of the model"),
         ):
             label = f"moment of the strung racket {text}, {source}"
-            variables[name + suffix] = _variable(("racket",), values, "kg m^2", label)
+            variables[name + suffix] = labelled(("racket",), values, "kg m^2", label)
     return variables

@@ -99,10 +99,7 @@ def swing(
         SimulationError: it swings too slowly to be timed.
 
     """
-    if axis not in ("transverse", "frontal"):
-        raise InputError("axis", axis, "transverse, frontal")
-    check_finite("pivot", pivot)
-    check_positive(gravity=gravity)
+    _check_swing(axis, pivot, gravity)
     com = combine(pieces).com
     if not com > pivot:
         raise InputError("pivot", pivot, f"a place before the centre of mass, {com:.6g} m")
@@ -205,14 +202,18 @@ def swing_flexible_frame(
         InputError, SimulationError: as `swing`.
 
     """
-    if axis not in ("transverse", "frontal"):
-        raise InputError("axis", axis, "transverse, frontal")
-    check_finite("pivot", pivot)
-    check_positive(gravity=gravity)
+    _check_swing(axis, pivot, gravity)
     plant = _plant([gravity, 0.0, 0.0])
     racket = add_racket(plant, parameters, strung=False)
     joint = _add_hinge(plant, racket.frame("butt"), pivot, axis)
     return _oscillation(plant, joint, amplitude, oscillations, FAST_STEP)
+
+
+def _check_swing(axis: str, pivot: float, gravity: float) -> None:
+    if axis not in ("transverse", "frontal"):
+        raise InputError("axis", axis, "transverse, frontal")
+    check_finite("pivot", pivot)
+    check_positive(gravity=gravity)
 
 
 def _plant(gravity: Sequence[float]) -> MultibodyPlant:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from drake_racket.io.units import labelled
 from drake_racket.parameters.racket import load_racket
 from drake_racket.rigs.inertia.dataset import AMPLITUDE, PIVOTS
 from drake_racket.rigs.inertia.rigid import specimen_pieces
@@ -36,15 +37,11 @@ def swing_history(
     run = swing(pieces, axis, pivot=PIVOTS[part], amplitude=amplitude, oscillations=oscillations)
     return xarray.Dataset(
         {
-            "angle": ("time", run.angle, {"units": "rad", "long_name": "angle from the vertical"}),
-            "crossing": (
-                "number",
-                run.crossings,
-                {"units": "s", "long_name": "time of passing the rest position"},
-            ),
+            "angle": labelled("time", run.angle, "rad", "angle from the vertical"),
+            "crossing": labelled("number", run.crossings, "s", "time of passing the rest position"),
         },
         coords={
-            "time": ("time", run.time, {"units": "s", "long_name": "time from letting go"}),
+            "time": labelled("time", run.time, "s", "time from letting go"),
             "number": ("number", range(1, len(run.crossings) + 1), {"long_name": "crossing"}),
         },
         attrs={

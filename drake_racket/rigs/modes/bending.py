@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,8 +12,6 @@ from pydrake.multibody.plant import MultibodyPlant
 from drake_racket.io.signals import Signal
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.racket import add_racket
-from drake_racket.rigs.hammer.ringing import analyse_ringing
-from drake_racket.rigs.modes.frame_modes import published_fundamentals
 
 if TYPE_CHECKING:
     import xarray
@@ -87,69 +84,6 @@ def bending_mode(parameters: RacketParameters, direction: str) -> BendingMode:
         inertia=inertia,
         node=-at_butt / per_metre,
         motion=at_butt,
-    )
-
-
-def ringing_dataset(
-    strikes: Mapping[str, xarray.Dataset], racket: RacketParameters
-) -> xarray.Dataset:
-    """Frequency and damping read from strikes, by direction, beside the model's and the published.
-
-    Args:
-        strikes: by direction, as `hammer_dataset` returns them.
-        racket: whose strikes they are.
-
-    Returns:
-        A dataset over `direction`; what the source does not print is NaN.
-
-    Raises:
-        InputError: as `analyse_ringing`.
-
-    """
-    import xarray as xr
-
-    rows = []
-    for direction, strike in strikes.items():
-        place, end = strike.attrs["place_m"], strike.attrs["pulse_end_s"]
-        ringing = analyse_ringing(acceleration_signal(strike), start=end)
-        mode = bending_mode(racket, direction)
-        in_plane, out_of_plane = published_fundamentals(racket.name.split("_")[0])
-        rows.append(
-            (
-                ringing.frequency,
-                ringing.spectrum_frequency,
-                ringing.logarithmic_decrement,
-                ringing.damping_ratio,
-                ringing.fit_frequency,
-                ringing.fit_damping_ratio,
-                ringing.amplitude,
-                mode.damped_frequency,
-                mode.damping_ratio,
-                mode.node,
-                mode.node - place,
-                in_plane if direction == "in_plane" else out_of_plane,
-            )
-        )
-    names = (
-        ("frequency", "Hz", "frequency, from the extrema"),
-        ("spectrum_frequency", "Hz", "frequency, from the spectrum"),
-        ("logarithmic_decrement", "1", "logarithmic decrement, from the extrema"),
-        ("damping_ratio", "1", "damping ratio, from the decrement"),
-        ("fit_frequency", "Hz", "frequency, from the fit"),
-        ("fit_damping_ratio", "1", "damping ratio, from the fit"),
-        ("amplitude", "m/s^2", "amplitude at the pulse's end, from the fit"),
-        ("mode_frequency", "Hz", "damped frequency of the linear model"),
-        ("mode_damping_ratio", "1", "damping ratio of the linear model"),
-        ("node", "m", "node of the mode on the handle, from the butt"),
-        ("distance_to_node", "m", "node less place of the hit"),
-        ("published_frequency", "Hz", "published frequency (Glynn et al. 2011)"),
-    )
-    return xr.Dataset(
-        {
-            name: ("direction", column, {"units": units, "long_name": text})
-            for (name, units, text), column in zip(names, np.transpose(rows), strict=True)
-        },
-        coords={"direction": ("direction", list(strikes), {"units": "", "long_name": "hit"})},
     )
 
 

@@ -28,10 +28,11 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.units import labelled
 from drake_racket.parameters.grip import GripStiffness, check_grip, load_grip
 from drake_racket.parameters.racket import RacketParameters, load_racket
 from drake_racket.rigs.input_checks import check_positive
-from drake_racket.rigs.modes.frame_modes import labelled, string_variables
+from drake_racket.rigs.modes.frame_modes import string_variables
 from drake_racket.rigs.modes.modal_analysis import Modes, modal_system, solve_modes, strain_elements
 from drake_racket.rigs.modes.shapes import PLANES, mode_shapes
 
@@ -93,7 +94,7 @@ def grip_sweep(
         {
             "frequency": labelled(dims, frequency, "Hz", "undamped frequency"),
             "damping_ratio": labelled(dims, damping, "1", "damping ratio (nan if overdamped)"),
-            "kind": (dims, kinds, {"units": "", "long_name": "where most strain energy is"}),
+            "kind": labelled(dims, kinds, "", "where most strain energy is"),
             "strain_share": labelled((*dims, "element"), shares, "1", "share in strain energy"),
             "free_frequency": labelled(
                 dims[1:], _limit(parameters, strung, "free"), "Hz", f"{about_limit} free"
@@ -106,10 +107,8 @@ def grip_sweep(
             ),
         },
         coords={
-            "factor": (
-                "factor",
-                list(factors),
-                {"units": "1", "long_name": "stiffness of the grip over the default"},
+            "factor": labelled(
+                "factor", list(factors), "1", "stiffness of the grip over the default"
             ),
             "plane": list(PLANES),
             "order": ("order", np.arange(1, ORDERS + 1), {"long_name": "from below, in its plane"}),

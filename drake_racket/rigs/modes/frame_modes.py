@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.units import labelled
 from drake_racket.laws.bed import BedTopology
 from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.racket import JOINT_READINGS, RACKETS, load_racket
@@ -106,7 +107,7 @@ def modes_dataset(
             "element": list(modes.elements),
             "direction": list(PLANES),
             "part": ["handle", "head"],
-            "x": ("x", x, {"units": "m", "long_name": "from the butt along the axis"}),
+            "x": labelled("x", x, "m", "from the butt along the axis"),
         },
         attrs={
             "title": f"Modes, {parameters.title}",
@@ -245,11 +246,6 @@ def _published_variables(modes: Modes, racket: str) -> dict[str, Any]:
         "published_frequency": labelled("mode", frequency, "Hz", "Glynn et al. 2011, Results"),
         "published_antinode": labelled("mode", antinode, "m", "Glynn et al. 2011, Results"),
     }
-
-
-def labelled(dims: str | tuple[str, ...], values: Any, units: str, long_name: str) -> Any:
-    """A variable of a Dataset with the attributes that every one carries."""
-    return dims, values, {"units": units, "long_name": long_name}
 
 
 def fundamentals_table(

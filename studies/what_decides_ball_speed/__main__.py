@@ -1,6 +1,6 @@
 """What decides ball speed, wrist load and mid-handle vibration: Sobol indices.
 
-    python studies/what_decides_ball_speed.py --out what_decides_ball_speed --workers 2
+    python -m studies.what_decides_ball_speed --out what_decides_ball_speed --workers 2
 
 Five parameters, each uniform over an inferred span: frame stiffness (both planes, as a factor),
 stringing tension, mass moved from the handle's centre of mass to the head's, and the impact point
@@ -34,7 +34,6 @@ from drake_racket import (
     write_netcdf,
     write_table,
 )
-from drake_racket.plots import sensitivity_figure
 from drake_racket.sweep import (
     SobolDesign,
     Span,
@@ -44,6 +43,7 @@ from drake_racket.sweep import (
     sobol_design,
     sobol_indices,
 )
+from studies.what_decides_ball_speed.figures import sensitivity_figure
 
 SPANS = {
     "frame stiffness": Span(0.7, 1.4, "1", relative=True),
@@ -154,7 +154,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies/what_decides_ball_speed.py"):
+    with one_line_errors("studies.what_decides_ball_speed"):
         try:
             main()
         except KeyboardInterrupt:

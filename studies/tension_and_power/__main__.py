@@ -1,6 +1,6 @@
 """Does a looser string-bed give more speed? Stringing tension over 180-330 N, free and clamped.
 
-    python studies/tension_and_power.py --out tension_and_power --workers 2
+    python -m studies.tension_and_power --out tension_and_power --workers 2
 
 Both rackets, at rest, hit at 25 m/s at the centre, towards tip, throat and side. The rest of the
 string-bed is as identified at two tensions of each racket: T0 in between and beyond is on the line
@@ -22,8 +22,8 @@ from drake_racket import (
     one_line_errors,
     write_figure,
 )
-from drake_racket.plots import tension_figure
 from drake_racket.sweep import make_sweep, run_sweep
+from studies.sample_figures import tension_figure
 
 SHOWN = (  # variable, scale, unit, decimals
     ("restitution", 1.0, "", 3),
@@ -98,7 +98,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies/tension_and_power.py"):
+    with one_line_errors("studies.tension_and_power"):
         try:
             main()
         except KeyboardInterrupt:

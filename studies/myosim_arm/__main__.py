@@ -1,7 +1,7 @@
 """MyoSim's right arm, brought from MuJoCo into a Drake plant and compared with MuJoCo itself.
 
     pip install "drake-racket[mujoco]" myo-sim
-    python studies/myosim_arm.py --out myosim_arm
+    python -m studies.myosim_arm --out myosim_arm
 
 Prints the degrees of freedom, the mass, what was left out, and the largest differences from MuJoCo.
 Then the arm holds a racket, and a ball meets it at 25 m/s: 50 ms from touch, joints held by
@@ -33,16 +33,9 @@ from drake_racket import (
     write_netcdf,
     write_table,
 )
-from drake_racket.limbs import (
-    HAND,
-    ImportedLimb,
-    compare_with_mujoco,
-    fist,
-    grip_in_hand,
-    import_mujoco,
-    joint_table,
-    quiet_mujoco,
-)
+from drake_racket.limbs import ImportedLimb, import_mujoco, quiet_mujoco
+from studies.myosim_arm.compare import compare_with_mujoco, joint_table
+from studies.myosim_arm.hand import HAND, fist, grip_in_hand
 
 MODEL = "myoarm_r"
 POSTURE = {"shoulder_elv_r": 60.0, "elv_angle_r": 60.0, "elbow_flexion_r": 40.0}  # degrees, chosen
@@ -151,5 +144,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies/myosim_arm.py"):
+    with one_line_errors("studies.myosim_arm"):
         main()

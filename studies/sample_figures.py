@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.parameters.racket import RacketParameters, load_racket
-from drake_racket.plots.style import (
+from drake_racket import RacketParameters, load_racket
+from drake_racket.plots import (
     BLUE,
     GREEN,
     ORANGE,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_racket.plots.style import BLUE, VERMILION, new_figure, tidy
+from drake_racket.plots import BLUE, VERMILION, new_figure, tidy
 
 if TYPE_CHECKING:
     import xarray
@@ -20,7 +20,7 @@ _INDICES = (
 
 
 def sensitivity_figure(indices: xarray.Dataset, titles: Mapping[str, str] | None = None) -> Figure:
-    """A panel per output, a row per parameter; data from `sweep.sensitivity.sobol_indices`.
+    """A panel per output, a row per parameter; data from `drake_racket.sweep.sobol_indices`.
 
     Args:
         titles: output -> title of its panel; the output's name if there is none.

@@ -15,9 +15,14 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context
 
-from drake_racket.limbs.mujoco.importer import ImportedLimb, import_mujoco
-from drake_racket.limbs.mujoco.model import load_model, mujoco_package, quiet_mujoco
-from drake_racket.limbs.mujoco.tree import pose
+from drake_racket.limbs import (
+    ImportedLimb,
+    import_mujoco,
+    load_model,
+    mujoco_package,
+    pose,
+    quiet_mujoco,
+)
 
 FREE_RANGE = {"hinge": np.pi, "slide": 0.5}  # a joint without limits goes to plus and minus this
 

@@ -1,6 +1,6 @@
 """What a stiffer or more damped frame does to ball speed and to the handle's vibration.
 
-    python studies/frame_stiffness_and_handle_vibration.py --out frame_stiffness --workers 2
+    python -m studies.frame_stiffness_and_handle_vibration --out frame_stiffness --workers 2
 
 The tour racket's out-of-plane stiffness and damping at the throat joint, as factors (inferred
 ranges), at three points of the long axis; free, and in a hand (grip normal, inferred). Vibration is
@@ -27,8 +27,8 @@ from drake_racket import (
     write_figure,
     write_netcdf,
 )
-from drake_racket.plots import frame_figure
 from drake_racket.sweep import make_sweep, run_sweep
+from studies.sample_figures import frame_figure
 
 STIFFNESS = "racket.throat_joint.out_of_plane_stiffness"
 DAMPING = "racket.throat_joint.out_of_plane_damping"
@@ -115,7 +115,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies/frame_stiffness_and_handle_vibration.py"):
+    with one_line_errors("studies.frame_stiffness_and_handle_vibration"):
         try:
             main()
         except KeyboardInterrupt:

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_racket.io.errors import InputError
-from drake_racket.limbs.mujoco.model import joint_name, load_model, mujoco_package
+from drake_racket import InputError
+from drake_racket.limbs import joint_name, load_model, mujoco_package
 
 HAND = "thirdmc_r"  # rigid with the other fingers' metacarpals and all carpals
 # inferred: a 4 3/8 in grip (size 3) measures 111 mm around, and half a finger's thickness is 8 mm

@@ -1,6 +1,6 @@
 """Three sweet spots: most restitution, least vibration, least shock at the hand.
 
-    python studies/sweet_spots.py --out sweet_spots --workers 2
+    python -m studies.sweet_spots --out sweet_spots --workers 2
 
 Each racket is in a hand at rest (grip normal, inferred) and is hit at 25 m/s at aims on a grid
 within the rim; both halves are alike, so one is computed. The ball meets the nearest of nine string
@@ -32,9 +32,9 @@ from drake_racket import (
     write_figure,
     write_table,
 )
-from drake_racket.plots import SWEET_SPOTS, best_aim, sweet_spot_figure
 from drake_racket.rigs import head_node
 from drake_racket.sweep import make_sweep, run_sweep
+from studies.sample_figures import SWEET_SPOTS, best_aim, sweet_spot_figure
 
 REACH = 0.85  # of the rim's semi-axes: beyond it the ball would meet the frame
 
@@ -133,7 +133,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with one_line_errors("studies/sweet_spots.py"):
+    with one_line_errors("studies.sweet_spots"):
         try:
             main()
         except KeyboardInterrupt:

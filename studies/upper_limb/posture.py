@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context
 
-from drake_racket.io.errors import InputError
-from drake_racket.limbs.limb import Limb
-from drake_racket.parameters.limb import SEGMENTS, UpperLimbParameters
+from drake_racket import SEGMENTS, InputError, Limb, UpperLimbParameters
 
 if TYPE_CHECKING:
     import xarray

@@ -1,0 +1,1 @@
+"""Three sweet spots: most restitution, least vibration, least shock at the hand."""

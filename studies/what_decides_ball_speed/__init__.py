@@ -1,0 +1,1 @@
+"""What decides ball speed, wrist load and mid-handle vibration: Sobol indices."""
