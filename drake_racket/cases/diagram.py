@@ -13,6 +13,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from drake_racket.cases.case import Case, resolve
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.laws.phases import ContactModel
 from drake_racket.limbs.models import LimbBuilder
 from drake_racket.limbs.striking import (
@@ -42,7 +43,7 @@ __all__ = ["ImpactDiagram", "make_impact_diagram"]
 _IDENTITY = RigidTransform(Quaternion(1.0, 0.0, 0.0, 0.0), [0.0, 0.0, 0.0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ImpactDiagram:
     """A built Diagram and the handles into it.
 
@@ -61,6 +62,10 @@ class ImpactDiagram:
     grip_load: Any | None = None
     limb: StrikingLimb | None = None
     probe: Any | None = None
+
+    def __repr__(self) -> str:
+        """Shows the scenario that it was built for."""
+        return shown(self, repr(self.scenario))
 
     @property
     def scenario(self) -> Scenario:

@@ -25,7 +25,7 @@ from typing import Annotated, Any, ClassVar, TypeVar
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic_core import core_schema
 
-from drake_racket.io.errors import InputError
+from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.numbers import as_number
 
 T = TypeVar("T")
@@ -261,6 +261,24 @@ def _at(schema: Any, place: tuple[int | str, ...]) -> Any:
         if inner and not dataclasses.is_dataclass(schema):
             schema = inner[0]
     return schema
+
+
+def shown_changes(made: Any) -> str:
+    """Shows a schema's object on one line: the fields that differ from their defaults."""
+    changes = []
+    for item in dataclasses.fields(made):
+        default = item.default
+        if item.default_factory is not dataclasses.MISSING:
+            default = item.default_factory()
+        value = getattr(made, item.name)
+        if item.init and value != default:
+            changes.append(f"{item.name}={value!r}")
+    return shown(made, ", ".join(changes))
+
+
+def shown(made: object, text: str) -> str:
+    """Shows an object on one line of at most 120 characters: its class, and what `text` says."""
+    return f"{type(made).__name__}({one_line(text, 118 - len(type(made).__name__))})"
 
 
 def _names(schema: Any) -> str:

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 
+from drake_racket.io.schema import shown
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Limb:
     """Handles to a limb.
 
@@ -27,6 +29,11 @@ class Limb:
     model_instances: tuple[ModelInstanceIndex, ...]
     hand: Frame
     joints: tuple[Joint, ...]
+
+    def __repr__(self) -> str:
+        """Shows the model, the number of joints and the hand's frame."""
+        models = ", ".join(self.plant.GetModelInstanceName(i) for i in self.model_instances)
+        return shown(self, f"{models}: {len(self.joints)} joints, hand frame {self.hand.name()}")
 
     def joint_names(self) -> list[str]:
         """Names of the joints, in order."""

@@ -18,6 +18,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Integrator
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.limits import add_joint_limits
 from drake_racket.limbs.models import LimbBuilder, add_limb_model, find_limb
@@ -66,7 +67,7 @@ def add_striking_limb(
     return add_limb_model(plant, Path(settings.model), settings.hand, base=settings.base, X_WB=X_WF)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StrikingLimb:
     """Handles to a limb and its systems in a Diagram.
 
@@ -84,6 +85,10 @@ class StrikingLimb:
     limits: Any | None
     energy: Any | None
     _strokes: dict[str, StrokeState] = field(default_factory=dict, repr=False)
+
+    def __repr__(self) -> str:
+        """Shows the limb."""
+        return shown(self, repr(self.limb))
 
     def generalized_force_ports(self) -> list[OutputPort]:
         """Forces for the plant's applied_generalized_force."""

@@ -14,7 +14,7 @@ from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_text
-from drake_racket.io.schema import Schema, Text, read
+from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import dump_text, load_file, name_or_path
 from drake_racket.parameters.quantities import Of, Quantities
@@ -25,7 +25,7 @@ GRIP_KINDS = ("compliant", "torsional", "weld")
 """Six spring-dampers; three torsional ones about a point that the hand holds; or rigid."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GripStiffness(Schema):
     """The six spring-dampers of a grip: lists of three, about or along x, y and z of the hand."""
 
@@ -36,6 +36,10 @@ class GripStiffness(Schema):
     torque_stiffness: Annotated[Quantities, Of("N*m/rad", sign="non-negative", least=3)]
     torque_damping: Annotated[Quantities, Of("N*m*s/rad", sign="non-negative", least=3)]
     notes: tuple[Text, ...]
+
+    def __repr__(self) -> str:
+        """Shows name and title."""
+        return shown(self, f"{self.name}: {self.title}")
 
     def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
         """All six stiffnesses times `factor`; the dampings times `damping_factor`.

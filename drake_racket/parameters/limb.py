@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
-from drake_racket.io.schema import Schema, Text, read
+from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
@@ -90,7 +90,7 @@ class JointSet(Schema):
     wrist_deviation: JointParameters
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class UpperLimbParameters(Schema):
     """The whole content of one parameter file of an upper limb."""
 
@@ -104,6 +104,10 @@ class UpperLimbParameters(Schema):
     joints: JointSet
     limit_damping: Annotated[Quantity, Of("s/rad", sign="non-negative")]
     notes: tuple[Text, ...]
+
+    def __repr__(self) -> str:
+        """Shows name and title."""
+        return shown(self, f"{self.name}: {self.title}")
 
     def segment(self, name: str) -> Segment:
         """The segment `upper_arm`, `forearm` or `hand`."""

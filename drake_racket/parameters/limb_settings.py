@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from drake_racket.io.numbers import plain_numbers
-from drake_racket.io.schema import Flag, Number, OneOf, Schema, Text, Three, Vector
+from drake_racket.io.schema import Flag, Number, OneOf, Schema, Text, Three, Vector, shown_changes
 from drake_racket.parameters.stroke import Stroke
 
 JOINT_TORQUES = ("zero", "hold", "carry")
 """What the limb's muscles do during the impact; see `limbs.torques`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LimbSettings(Schema):
     """A limb, where it stands, and what it does. SI units; angles in degrees, as their names say.
 
@@ -49,6 +49,10 @@ class LimbSettings(Schema):
     def __post_init__(self) -> None:
         """Numbers become Python floats."""
         plain_numbers(self)
+
+    def __repr__(self) -> str:
+        """Shows what differs from the defaults."""
+        return shown_changes(self)
 
     def topology(self) -> tuple[object, ...]:
         """What a Diagram is built from; the stroke and the torques are set in its Context."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from drake_racket.io.errors import InputError
+from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.numbers import plain_numbers
 from drake_racket.io.schema import After, Number, OneOf, Schema, Text, refusal
 
@@ -29,7 +29,11 @@ def _source(text: str) -> str:
 _Source = Annotated[Text, After(_source)]
 
 
-@dataclass(frozen=True)
+def _with_unit(number: str, unit: str, status: str) -> str:
+    return one_line(f"{number} ({status})" if unit == "1" else f"{number} {unit} ({status})", 120)
+
+
+@dataclass(frozen=True, repr=False)
 class Quantity(Schema):
     """One number with its unit and its provenance."""
 
@@ -42,8 +46,12 @@ class Quantity(Schema):
         """NumPy's numbers become Python's: SDF and YAML are written from them."""
         plain_numbers(self)
 
+    def __repr__(self) -> str:
+        """Shows the number, its unit and how it is known."""
+        return _with_unit(f"{self.value!r}", self.unit, self.status)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Quantities(Schema):
     """A list of numbers of one kind with their unit and provenance."""
 
@@ -53,8 +61,13 @@ class Quantities(Schema):
     source: _Source
 
     def __post_init__(self) -> None:
-        """As a Quantity's."""
+        """NumPy's numbers become Python's, as those of a Quantity."""
         plain_numbers(self)
+
+    def __repr__(self) -> str:
+        """Shows the numbers, their unit and how they are known."""
+        numbers = one_line(", ".join(map(repr, self.value)), 80)
+        return _with_unit(f"[{numbers}]", self.unit, self.status)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
-from drake_racket.io.schema import Schema, Text, Whole, read
+from drake_racket.io.schema import Schema, Text, Whole, read, shown
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.laws.bed import FEWEST, MOST, BedTopology, grid_topology, spring_formula
@@ -121,7 +121,7 @@ class Landmarks(Schema):
     accelerometer: Annotated[Quantity, Of("m", sign="non-negative")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RacketParameters(Schema):
     """One racket with one string-bed: the whole content of one parameter file."""
 
@@ -134,6 +134,10 @@ class RacketParameters(Schema):
     string_bed: StringBedParameters
     friction: FrictionParameters
     notes: tuple[Text, ...]
+
+    def __repr__(self) -> str:
+        """Shows name and title."""
+        return shown(self, f"{self.name}: {self.title}")
 
     def bed_topology(self) -> BedTopology:
         """Which points the string-bed has, and which spring ends where."""

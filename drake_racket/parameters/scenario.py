@@ -27,6 +27,7 @@ from drake_racket.io.schema import (
     Vector,
     read,
     refusal,
+    shown_changes,
 )
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.parameters.ball import BallParameters, load_ball
@@ -41,7 +42,7 @@ MAXIMUM_STEP = 2e-4
 """s, of a run with an impact: the default, and the longest measured (docs/performance.md)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class IntegratorSettings(Schema):
     """How a continuous plant is integrated; the defaults come from docs/performance.md.
 
@@ -61,6 +62,10 @@ class IntegratorSettings(Schema):
     def __post_init__(self) -> None:
         """Numbers become Python floats."""
         plain_numbers(self)
+
+    def __repr__(self) -> str:
+        """Shows what differs from the defaults."""
+        return shown_changes(self)
 
 
 def check_integrator(
@@ -100,7 +105,7 @@ def _time_step(step: float) -> float:
     return step
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scenario(Schema):
     """One impact. SI units; angles in degrees, as their names say.
 
@@ -157,6 +162,10 @@ class Scenario(Schema):
         for name in ("point", "tension"):
             object.__setattr__(self, name, str(getattr(self, name)))
         plain_numbers(self)
+
+    def __repr__(self) -> str:
+        """Shows what differs from the defaults."""
+        return shown_changes(self)
 
     def point_number(self) -> int:
         """1 to the number of points, or 0 for `auto`."""

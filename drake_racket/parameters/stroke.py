@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.numbers import number_between, plain_numbers
-from drake_racket.io.schema import Number, OneOf, Schema, Text, Three, read
+from drake_racket.io.schema import Number, OneOf, Schema, Text, Three, read, shown_changes
 
 Vector = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ class PoseTarget:
         return face_rotation(closed, azimuth, tip_elevation, self.tip_side)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Stroke(Schema):
     """What a user asks of the racket at impact. None is free; angles in degrees.
 
@@ -125,6 +125,10 @@ class Stroke(Schema):
     def __post_init__(self) -> None:
         """Numbers become Python floats."""
         plain_numbers(self)
+
+    def __repr__(self) -> str:
+        """Shows what differs from the defaults."""
+        return shown_changes(self)
 
     def pose_target(self) -> PoseTarget:
         """Position (m) and angles (rad); NaN is free."""

@@ -10,11 +10,12 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.plant.sdf import ball_inertia, ball_sdf
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ball:
     """Handles to a ball in a plant."""
 
@@ -22,6 +23,11 @@ class Ball:
     parameters: BallParameters
     model_instance: ModelInstanceIndex
     body: RigidBody
+
+    def __repr__(self) -> str:
+        """Shows the model instance and the parameters' name."""
+        instance = self.plant.GetModelInstanceName(self.model_instance)
+        return shown(self, f"{instance}: {self.parameters.name}")
 
 
 def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "ball") -> Ball:

@@ -22,6 +22,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.laws.phases import (
     ContactBodies,
@@ -37,7 +38,7 @@ from drake_racket.plant.systems.ball_contact import BallContact
 from drake_racket.plant.systems.string_bed import StringBed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Impact:
     """Handles to the systems of one racket and one ball.
 
@@ -51,6 +52,10 @@ class Impact:
     ball: Ball | None
     string_bed: Any
     contact: Any | None
+
+    def __repr__(self) -> str:
+        """Shows the racket and the ball."""
+        return shown(self, f"{self.racket!r}, {self.ball or 'no ball'}")
 
     def generalized_force_port(self) -> OutputPort:
         """Forces of the strings, for the plant's applied_generalized_force."""

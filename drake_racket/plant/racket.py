@@ -22,6 +22,7 @@ from pydrake.multibody.tree import (
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.laws.bed import rest_lengths, spring_formula
 from drake_racket.parameters.frame import FrameJoint, bushing_constants
 from drake_racket.parameters.racket import RacketParameters
@@ -33,7 +34,7 @@ FRAMES = ("butt", "grip", "accelerometer", "throat", "gsc", "tip")
 _STRING_MASS = re.compile(r"string_\d+$")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Racket:
     """Handles to a racket in a plant.
 
@@ -56,6 +57,12 @@ class Racket:
     string_masses: tuple[RigidBody, ...]
     string_joints: tuple[Joint, ...]
     bushing: LinearBushingRollPitchYaw
+
+    def __repr__(self) -> str:
+        """Shows the model instance, the parameters' name and the string masses."""
+        instance = self.plant.GetModelInstanceName(self.model_instance)
+        strings = f"{len(self.string_masses)} string masses" if self.string_masses else "not strung"
+        return shown(self, f"{instance}: {self.parameters.name}, {strings}")
 
     def frame(self, name: str) -> Frame:
         """One of the named frames: butt, grip, accelerometer, throat, gsc, tip.

@@ -22,6 +22,7 @@ import yaml
 
 from drake_racket.cases.case import check_scenario, load_scenario, parse_scenario
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.io.yaml_files import parse_tree
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.formats import check_format
@@ -33,7 +34,7 @@ MAX_BYTES = 20_000_000  # rows of a large design; this stops a wrong file early
 _TAKEN = ("case", "status", "failure", "scenario_hash", "sweep")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Sweep:
     """A checked sweep. Make one with `make_sweep` or `load_sweep`.
 
@@ -51,6 +52,11 @@ class Sweep:
     outputs: tuple[Output, ...]
     histories: frozenset[int] = frozenset()
     history_formats: tuple[str, ...] = ("nc",)
+
+    def __repr__(self) -> str:
+        """Shows the axes with their lengths, and how many cases there are."""
+        axes = " x ".join(f"{axis.name} ({len(axis)})" for axis in self.axes)
+        return shown(self, f"{len(self)} cases: {axes}")
 
     @property
     def shape(self) -> tuple[int, ...]:

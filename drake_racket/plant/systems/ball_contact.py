@@ -180,7 +180,7 @@ def BallContact_(T: Any) -> Any:
             """
             scratch, mass, ball = self._scratch, self._strings[point - 1], self._ball
             state = self._state.Eval(context)
-            # one instant is looked at several times: witnesses at a step's end and beginning, outputs
+            # an instant is looked at several times: by witnesses at both ends of a step, by outputs
             if T is not float or not np.array_equal(state, self._seen):
                 self.plant.SetPositionsAndVelocities(scratch, state)
                 self._seen = np.array(state)
