@@ -16,7 +16,7 @@ _MOST_FRAMES = 10_000
 
 @dataclass(frozen=True)
 class AnimationSettings:
-    """How an animation is played and what it exaggerates.
+    """The settings say how an animation is played and what it exaggerates.
 
     Attributes:
         slowdown: seconds of animation per second of the impact.

@@ -45,7 +45,7 @@ _IDENTITY = RigidTransform(Quaternion(1.0, 0.0, 0.0, 0.0), [0.0, 0.0, 0.0])
 
 @dataclass(frozen=True, repr=False)
 class ImpactDiagram:
-    """A built Diagram and the handles into it.
+    """The ImpactDiagram holds a built Diagram and the handles into it.
 
     The Diagram exports the outputs `contact_state`, `string_tensions` and `string_deflections`, and
     `hand_load` where a hand holds the racket (then there are `grip` and `grip_load`); with a limb
@@ -69,11 +69,11 @@ class ImpactDiagram:
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario that it was built for."""
+        """The scenario is the one that it was built for."""
         return self.case.scenario
 
     def create_context(self, scenario: Scenario | Case | None = None) -> Context:
-        """A new Context with the parameters and the initial state of a scenario or case.
+        """Makes a Context with the parameters and the initial state of a scenario or case.
 
         Call it before the Diagram becomes part of another: then take the state over from here
         (`SetTimeStateAndParametersFrom`).

@@ -174,7 +174,7 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class Motion:
-    """How all bodies move at some samples of a trajectory (m of them), in the world.
+    """The motion says how all bodies move at some samples of a trajectory (m), in the world.
 
     Attributes:
         samples: (m,) numbers of the samples.
@@ -198,7 +198,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """One run (n samples: the start, each step's end, the end).
+    """A trajectory is one run (n samples: the start, each step's end, the end).
 
     Attributes:
         mechanism: whose motion it is.

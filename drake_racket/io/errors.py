@@ -12,7 +12,7 @@ from drake_racket.io.interrupts import exit_status, interrupt_word, terminable
 
 
 class InputError(ValueError):
-    """A value from outside that cannot be used.
+    """The error says which value from outside cannot be used, and what is allowed.
 
     The message is one line: the key (or file), the value as given, and what is allowed.
     The command line prints it and exits with status 2.
@@ -30,7 +30,7 @@ class InputError(ValueError):
 
 
 class SimulationError(RuntimeError):
-    """A run that could not be finished; the message says where it stopped and why."""
+    """The error says where a run that could not be finished stopped, and why."""
 
 
 class WorkStopped(RuntimeError):
@@ -56,7 +56,7 @@ def one_line(text: str, limit: int = 500) -> str:
 
 @contextlib.contextmanager
 def one_line_errors(program: str, *, kept: str = "") -> Iterator[None]:
-    """For the main block of a script: what ends it early becomes one line and an exit status.
+    """Turns what ends a script's main block early into one line and an exit status.
 
     2 for an InputError, 1 for a WorkStopped, 130 for Ctrl-C and 143 for SIGTERM.
 

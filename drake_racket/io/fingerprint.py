@@ -27,12 +27,12 @@ _ROOT = Path(__file__).resolve().parent.parent
 
 
 def digest(data: bytes) -> str:
-    """SHA-256 in hex, shortened to 128 bits."""
+    """Hashes bytes: SHA-256 in hex, shortened to 128 bits."""
     return hashlib.sha256(data).hexdigest()[:32]
 
 
 def as_text(tree: Any) -> str:
-    """One text for equal data: JSON, keys in order."""
+    """Gives one text for equal data: JSON, keys in order."""
     return json.dumps(tree, sort_keys=True)
 
 
@@ -51,7 +51,7 @@ def _version(package: str) -> str:
 
 @functools.cache
 def computation(*more: str | Path) -> dict[str, str]:
-    """What computes a result; results are bit-equal where all of it is equal.
+    """Describes what computes a result; results are bit-equal where all of it is equal.
 
     Whatever the package's version says, `source` is a hash of every file of the package that
     decides numbers: code, data and SDF, but for what prints and draws.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True)
 class Progress:
-    """How far one task is.
+    """The Progress says how far one task is.
 
     Attributes:
         task: what is done: `checking` and `running` of a sweep, `fitting`, a section's title.

@@ -28,7 +28,7 @@ FEWEST_SAMPLES = 20
 
 @dataclass(frozen=True)
 class Signal:
-    """One quantity sampled over time.
+    """A signal is one quantity sampled over time.
 
     Attributes:
         time: (n,) s, increasing; the steps need not be equal.

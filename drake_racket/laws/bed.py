@@ -36,7 +36,7 @@ FEWEST, MOST = 2, 15
 
 @dataclass(frozen=True, eq=False)
 class BedTopology:
-    """Which points a bed has, and which spring ends where. The arrays cannot be written to.
+    """The topology says which points a bed has, and which spring ends where, in read-only arrays.
 
     Attributes:
         columns, rows: of points; columns run along x (the mains), rows along y (the crosses).
@@ -119,7 +119,7 @@ POINT_NUMBERS = grid_topology().points
 def rest_lengths(
     bed: BedTopology, spacing: float, rim_semi_axis_x: float, rim_semi_axis_y: float
 ) -> Floats:
-    """Rest lengths (m) of the springs; rim springs run along x or y to the rim ellipse."""
+    """Computes the springs' rest lengths (m); rim springs run along x or y to the rim ellipse."""
     lengths = np.full(len(bed.names), spacing)
     for row in np.flatnonzero(bed.second < 0):
         x, y = spacing * bed.places[bed.first[row]]

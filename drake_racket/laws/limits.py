@@ -25,7 +25,7 @@ def _beyond(q: Any, lower: Any, upper: Any) -> tuple[Any, Any]:
 
 
 def limit_torques(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, damping: Any) -> Any:
-    """Torques (N m) on the joints; all arguments and the result have one entry per joint."""
+    """Computes the limits' torques (N m); arguments and result have one entry per joint."""
     below, above = _beyond(q, lower, upper)
     zero = 0.0 * v
     up = stiffness * below * np.maximum(1.0 - damping * v, zero)

@@ -79,7 +79,7 @@ NO_TIME = float("nan")
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """What a BallContact has latched, as plain numbers; see its discrete state."""
+    """The record holds what a BallContact has latched, as numbers; see its discrete state."""
 
     phase: float
     point: int

@@ -25,7 +25,7 @@ from drake_racket.laws.compilation import compilable
 
 @compilable
 def spring_law(dz: Any, rate: Any, k: Any, slack: Any, length2: Any, c: Any) -> Any:
-    """Slope dz/L (1) and tension T (N) of springs, one or many alike. Equation: module docstring.
+    """Computes slope dz/L (1) and tension T (N) of springs; the module has the equation.
 
     Args:
         dz, rate: height of one end above the other (m) and its rate (m/s).
@@ -61,7 +61,7 @@ def spring_partials(dz: Any, rate: Any, k: Any, slack: Any, length2: Any, c: Any
 
 @compilable
 def spring_energy(dz: Any, k: Any, slack: Any, length2: Any) -> Any:
-    """Energy (J) above the flat spring, T0 (L - L0) + k (L - L0)^2 / 2; as `spring_law`."""
+    """Computes the energy (J) above the flat spring, T0 (L - L0) + k (L - L0)^2 / 2."""
     length0 = np.sqrt(length2)
     # L - L0 without cancellation, since dz is small beside L0
     stretch = dz * dz / (np.sqrt(dz * dz + length2) + length0)
@@ -87,7 +87,7 @@ def tensions(z: Any, zdot: Any, constants: Any, incidence: Any) -> Any:
 
 
 def generalized_forces(z: Any, zdot: Any, constants: Any, incidence: Any) -> Any:
-    """Forces (N) on the masses' prismatic joints, -A^T (T dz/L), (n,). Arguments: `tensions`."""
+    """Computes the forces (N) on the masses' prismatic joints, -A^T (T dz/L), (n,)."""
     slope, tension = _stretch(z, zdot, constants, incidence)
     return -(tension * slope) @ incidence
 

@@ -14,7 +14,7 @@ from drake_racket.io.schema import shown
 
 @dataclass(frozen=True, repr=False)
 class Limb:
-    """Handles to a limb.
+    """The Limb holds handles to a limb in a plant.
 
     Attributes:
         plant: the plant that holds it.
@@ -36,17 +36,17 @@ class Limb:
         return shown(self, f"{models}: {len(self.joints)} joints, hand frame {self.hand.name()}")
 
     def joint_names(self) -> list[str]:
-        """Names of the joints, in order."""
+        """Lists the names of the joints, in order."""
         return [joint.name() for joint in self.joints]
 
     def position_indices(self) -> NDArray[np.int64]:
-        """Where the joints' positions sit in the finalized plant's q, in order."""
+        """Tells where the joints' positions sit in the finalized plant's q, in order."""
         return np.concatenate(
             [j.position_start() + np.arange(j.num_positions()) for j in self.joints]
         )
 
     def velocity_indices(self) -> NDArray[np.int64]:
-        """Where the joints' velocities sit in the finalized plant's v, in order."""
+        """Tells where the joints' velocities sit in the finalized plant's v, in order."""
         return np.concatenate(
             [j.velocity_start() + np.arange(j.num_velocities()) for j in self.joints]
         )

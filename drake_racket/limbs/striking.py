@@ -69,7 +69,7 @@ def add_striking_limb(
 
 @dataclass(frozen=True, repr=False)
 class StrikingLimb:
-    """Handles to a limb and its systems in a Diagram.
+    """The StrikingLimb holds handles to a limb and its systems in a Diagram.
 
     Attributes:
         bodies: those of the limb that have mass.
@@ -91,7 +91,7 @@ class StrikingLimb:
         return shown(self, repr(self.limb))
 
     def generalized_force_ports(self) -> list[OutputPort]:
-        """Forces for the plant's applied_generalized_force."""
+        """Lists the forces for the plant's applied_generalized_force."""
         ports = [self.torques.generalized_force_port()]
         if self.limits is not None:
             ports.append(self.limits.GetOutputPort("generalized_force"))

@@ -72,7 +72,7 @@ def solve_stroke(
     held_frame: Frame | None = None,
     context: Context | None = None,
 ) -> StrokeState:
-    """Joint positions and velocities with which `limb` moves `racket_frame` as `stroke` says.
+    """Finds joint positions and velocities that move `racket_frame` as `stroke` says.
 
     The racket is rigid: its own joints rest at zero, and so does a joint between it and the hand.
     The posture is the one nearest to the guess (sum of squares), the velocity the one with the

@@ -33,7 +33,7 @@ from drake_racket.plant.racket import Racket
 def initial_torques(
     kind: str, plant: MultibodyPlant, context: Context, limb: Limb, racket: Racket
 ) -> Vector:
-    """Joint torques (n,) at the state of the plant's `context`, in the order of the limb's v.
+    """Computes joint torques (n,) at the state of the plant's `context`, in the order of v.
 
     Raises:
         InputError: unknown kind.
@@ -49,7 +49,7 @@ def initial_torques(
 
 
 def hold_torques(plant: MultibodyPlant, context: Context, limb: Limb) -> Vector:
-    """Torques (n,) under which the limb's joints have no acceleration; all else moves freely.
+    """Computes torques (n,) under which the limb's joints do not accelerate; all else is free.
 
     With M v' + b = S tau, b from inverse dynamics at v' = 0, and v'_L = 0, the others follow from
     M_RR v'_R = -b_R, and tau = M_LR v'_R + b_L.
@@ -64,7 +64,7 @@ def hold_torques(plant: MultibodyPlant, context: Context, limb: Limb) -> Vector:
 
 
 def carry_torques(plant: MultibodyPlant, context: Context, limb: Limb, racket: Racket) -> Vector:
-    """Torques (n,) under which limb and racket, rigid in the hand, have no joint acceleration.
+    """Computes torques (n,) under which limb and racket, rigid in the hand, do not accelerate.
 
     Inverse dynamics at v'_L = 0. For a racket that is a free body: with the acceleration of a body
     rigid in the hand, and the wrench that this takes put on the hand. The state must be one in
@@ -98,7 +98,7 @@ def _inverse_dynamics(plant: MultibodyPlant, context: Context, vdot: Vector) -> 
 
 @dataclass(frozen=True)
 class JointTorques:
-    """Handles to the torques on a limb's joints.
+    """The JointTorques hold handles to the torques on a limb's joints.
 
     Attributes:
         limb: whose joints.
@@ -140,7 +140,7 @@ class JointTorques:
         self.source.get_mutable_source_value(context).SetFromVector(torques)
 
     def generalized_force_port(self) -> OutputPort | None:
-        """For the plant's applied_generalized_force; None where the actuation takes them."""
+        """Gives the port for applied_generalized_force; None where the actuation takes them."""
         return None if self.actuators else self.selector.get_output_port()
 
 

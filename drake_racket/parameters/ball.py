@@ -16,7 +16,7 @@ BALLS = ("penn_titanium",)
 
 @dataclass(frozen=True, repr=False)
 class BallParameters(Schema):
-    """A point-mass ball; kb and cb are linear in the normal approach speed; see `contact`."""
+    """The ball is a point mass; kb and cb are linear in its approach speed (`laws.contact`)."""
 
     name: Text
     title: Text

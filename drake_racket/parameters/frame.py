@@ -13,7 +13,7 @@ BENDING_AXES = {"in_plane": "z", "out_of_plane": "y"}
 
 @dataclass(frozen=True)
 class FrameJoint:
-    """One revolute joint with a torsional spring-damper, tau = -stiffness q - damping q'.
+    """A frame joint is a revolute joint with a torsional spring-damper, tau = -k q - d q'.
 
     Attributes:
         name: of the joint.  axis: `x`, `y` or `z` of the racket.

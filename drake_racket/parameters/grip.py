@@ -27,7 +27,7 @@ GRIP_KINDS = ("compliant", "torsional", "weld")
 
 @dataclass(frozen=True, repr=False)
 class GripStiffness(Schema):
-    """The six spring-dampers of a grip: lists of three, about or along x, y and z of the hand."""
+    """The grip is six spring-dampers: lists of three, about or along x, y and z of the hand."""
 
     name: Text
     title: Text
@@ -42,7 +42,7 @@ class GripStiffness(Schema):
         return shown(self, f"{self.name}: {self.title}")
 
     def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
-        """All six stiffnesses times `factor`; the dampings times `damping_factor`.
+        """Multiplies all six stiffnesses by `factor`, and the dampings by `damping_factor`.
 
         By default the dampings grow with the root of the stiffness, which keeps the damping ratio
         of a racket that moves as a rigid body in the hand.

@@ -92,7 +92,7 @@ class JointSet(Schema):
 
 @dataclass(frozen=True, repr=False)
 class UpperLimbParameters(Schema):
-    """The whole content of one parameter file of an upper limb."""
+    """The parameters are the whole content of one file of an upper limb."""
 
     name: Text
     title: Text

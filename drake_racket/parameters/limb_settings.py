@@ -15,7 +15,7 @@ JOINT_TORQUES = ("zero", "hold", "carry")
 
 @dataclass(frozen=True, repr=False)
 class LimbSettings(Schema):
-    """A limb, where it stands, and what it does. SI units; angles in degrees, as their names say.
+    """The settings say which limb, where it stands, and what it does; angles in degrees.
 
     Attributes:
         model: `upper_limb` (the shipped one), or the path of an SDF, URDF or model directives file
@@ -55,7 +55,7 @@ class LimbSettings(Schema):
         return shown_changes(self)
 
     def topology(self) -> tuple[object, ...]:
-        """What a Diagram is built from; the stroke and the torques are set in its Context."""
+        """Tells what a Diagram is built from; stroke and torques are set in its Context."""
         subject = (self.side, self.mass, self.height, self.grip_rotation_deg)
         place = (*self.place, self.trunk_azimuth_deg)
         return (self.model, *subject, place, self.base, self.hand, self.limits)

@@ -51,7 +51,7 @@ _PREFIXES: dict[type, str] = {
 
 @dataclass(frozen=True)
 class ParameterKey:
-    """What a key stands for: the unit, and the value that it has now."""
+    """A ParameterKey says what a key stands for: the unit, and the value that it has now."""
 
     unit: str
     value: float
@@ -70,7 +70,7 @@ class _Place:
 def parameter_keys(
     racket: RacketParameters, ball: BallParameters, grip: GripStiffness
 ) -> dict[str, ParameterKey]:
-    """Every key that may be overridden, with its unit and its value in these parameters."""
+    """Lists every key that may be overridden, with its unit and its value in these parameters."""
     return {
         key: ParameterKey(place.unit, place.value)
         for parameters in (racket, ball, grip)

@@ -35,7 +35,7 @@ def _with_unit(number: str, unit: str, status: str) -> str:
 
 @dataclass(frozen=True, repr=False)
 class Quantity(Schema):
-    """One number with its unit and its provenance."""
+    """A quantity is one number with its unit and its provenance."""
 
     value: _Value
     unit: Text
@@ -53,7 +53,7 @@ class Quantity(Schema):
 
 @dataclass(frozen=True, repr=False)
 class Quantities(Schema):
-    """A list of numbers of one kind with their unit and provenance."""
+    """The quantities are a list of numbers of one kind, with their unit and provenance."""
 
     value: tuple[_Value, ...]
     unit: Text
@@ -72,7 +72,7 @@ class Quantities(Schema):
 
 @dataclass(frozen=True)
 class Choice(Schema):
-    """A named reading or convention with its provenance."""
+    """A choice is a named reading or convention with its provenance."""
 
     value: Text
     status: _Status
@@ -81,7 +81,7 @@ class Choice(Schema):
 
 @dataclass(frozen=True)
 class Assignment(Schema):
-    """Names of parts of the model -> names of parameters, with provenance."""
+    """An assignment maps parts of the model to names of parameters, with provenance."""
 
     value: dict[Text, Text]
     status: _Status

@@ -44,7 +44,7 @@ MAXIMUM_STEP = 2e-4
 
 @dataclass(frozen=True, repr=False)
 class IntegratorSettings(Schema):
-    """How a continuous plant is integrated; the defaults come from docs/performance.md.
+    """The settings say how a continuous plant is integrated; docs/performance.md has the reasons.
 
     Attributes:
         scheme: of Drake's integrators.
@@ -107,7 +107,7 @@ def _time_step(step: float) -> float:
 
 @dataclass(frozen=True, repr=False)
 class Scenario(Schema):
-    """One impact. SI units; angles in degrees, as their names say.
+    """A scenario is one impact as data. SI units; angles in degrees, as their names say.
 
     Attributes:
         racket, tension, ball: names of shipped parameter files, paths of the user's own, or for
@@ -168,30 +168,30 @@ class Scenario(Schema):
         return shown_changes(self)
 
     def point_number(self) -> int:
-        """1 to the number of points, or 0 for `auto`."""
+        """Gives the point's number from 1 on, or 0 for `auto`."""
         return 0 if self.point == "auto" else int(self.point)
 
     def load_racket(self) -> RacketParameters:
-        """The racket's parameters, with the overrides; raises InputError."""
+        """Loads the racket's parameters, with the overrides; raises InputError."""
         racket = load_racket(self.racket, self.tension, joint_reading=self.joint_reading or None)
         return apply_overrides(racket, self.overrides)
 
     def load_ball(self) -> BallParameters:
-        """The ball's parameters, with the overrides; raises InputError."""
+        """Loads the ball's parameters, with the overrides; raises InputError."""
         return apply_overrides(load_ball(self.ball), self.overrides)
 
     def load_grip(self) -> GripStiffness:
-        """The hand's grip, with the overrides; raises InputError."""
+        """Loads the hand's grip, with the overrides; raises InputError."""
         return apply_overrides(load_grip(self.grip), self.overrides)
 
     def aim(self, racket: RacketParameters) -> NDArray[np.float64]:
-        """Where the ball is aimed, p_RoA_R (m)."""
+        """Tells where the ball is aimed, p_RoA_R (m)."""
         number = self.point_number()
         x, y, z = racket.point(number) if number else racket.centre()
         return np.array([x + self.offset_x, y + self.offset_y, z])
 
     def ball_velocity(self) -> NDArray[np.float64]:
-        """Initial velocity of the ball in R (m/s)."""
+        """Gives the initial velocity of the ball in R (m/s)."""
         incidence, azimuth = math.radians(self.incidence_deg), math.radians(self.azimuth_deg)
         tangential = self.speed * math.sin(incidence)
         return np.array(

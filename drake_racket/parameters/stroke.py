@@ -87,7 +87,7 @@ class PoseTarget:
 
 @dataclass(frozen=True, repr=False)
 class Stroke(Schema):
-    """What a user asks of the racket at impact. None is free; angles in degrees.
+    """A stroke is what a user asks of the racket at impact. None is free; angles in degrees.
 
     Attributes:
         position: of the string-bed's centre in W (m), each component or None.
@@ -131,12 +131,12 @@ class Stroke(Schema):
         return shown_changes(self)
 
     def pose_target(self) -> PoseTarget:
-        """Position (m) and angles (rad); NaN is free."""
+        """Gives the wanted position (m) and angles (rad); NaN is free."""
         angles = (self.face_closed_deg, self.face_azimuth_deg, self.tip_elevation_deg)
         return PoseTarget(_nan(self.position), np.radians(_nan(angles)), self.tip_side)
 
     def velocity_target(self) -> Vector:
-        """V_WC in W: angular (rad/s), then linear (m/s) velocity; NaN is free."""
+        """Gives the wanted V_WC in W: angular (rad/s), then linear (m/s) velocity; NaN is free."""
         elevation = math.radians(self.velocity_elevation_deg)
         azimuth = math.radians(self.velocity_azimuth_deg)
         flat = math.cos(elevation)

@@ -17,7 +17,7 @@ from drake_racket.plant.sdf import ball_inertia, ball_sdf
 
 @dataclass(frozen=True, repr=False)
 class Ball:
-    """Handles to a ball in a plant."""
+    """The Ball holds handles to a ball in a plant."""
 
     plant: MultibodyPlant
     parameters: BallParameters
@@ -59,7 +59,7 @@ def set_ball_inertia(ball: Ball, root: Context, parameters: BallParameters) -> N
 
 
 def ball_law(parameters: BallParameters) -> tuple[float, float, float, float, float, float]:
-    """The numbers of kb and cb against speed, as `ContactModel.ball` has them."""
+    """Gives the numbers of kb and cb against speed, as `ContactModel.ball` has them."""
     return (
         parameters.speed_low.value,
         parameters.speed_high.value,

@@ -40,7 +40,7 @@ from drake_racket.plant.systems.string_bed import StringBed
 
 @dataclass(frozen=True, repr=False)
 class Impact:
-    """Handles to the systems of one racket and one ball.
+    """The Impact holds handles to the systems of one racket and one ball.
 
     Attributes:
         string_bed: the StringBed system.
@@ -58,15 +58,15 @@ class Impact:
         return shown(self, f"{self.racket!r}, {self.ball or 'no ball'}")
 
     def generalized_force_port(self) -> OutputPort:
-        """Forces of the strings, for the plant's applied_generalized_force."""
+        """Gives the forces of the strings, for the plant's applied_generalized_force."""
         return self.string_bed.GetOutputPort("generalized_force")
 
     def spatial_force_port(self) -> OutputPort | None:
-        """Forces of the contact, for the plant's applied_spatial_force; None without a ball."""
+        """Gives the contact's forces, for applied_spatial_force; None without a ball."""
         return None if self.contact is None else self.contact.GetOutputPort("spatial_forces")
 
     def record(self, root: Context) -> ContactRecord:
-        """What the contact has latched: phase, point, speed, kb, cb, times (see `contact`).
+        """Reads what the contact has latched: phase, point, speed, kb, cb, times.
 
         Args:
             root: the Context of the Diagram that holds this impact.

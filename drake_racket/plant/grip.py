@@ -28,7 +28,7 @@ from drake_racket.plant.racket import Racket
 
 @dataclass(frozen=True, repr=False)
 class Grip:
-    """Handles to a grip in a plant.
+    """The Grip holds handles to a grip in a plant.
 
     Attributes:
         kind: one of GRIP_KINDS.

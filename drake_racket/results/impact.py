@@ -37,7 +37,7 @@ ENERGY_WARNING = 1e-3
 
 @dataclass(frozen=True, repr=False)
 class ImpactResult:
-    """One impact. Vectors are in the racket's initial frame R; SI units, angles in radians.
+    """The result is one impact in numbers, in the racket's initial frame R; SI units, radians.
 
     R is the world's frame but where a limb holds the racket: velocities are then of the world,
     expressed in R.

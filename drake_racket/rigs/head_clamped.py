@@ -57,7 +57,7 @@ def normal_impacts(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """Restitution, rebound speed, contact time, peak force and deflection of normal impacts.
+    """Runs normal impacts: restitution, rebound speed, contact time, peak force and deflection.
 
     Returns:
         A Dataset over (racket, tension, point, speed).
@@ -136,7 +136,7 @@ def oblique_impacts(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """Rebound angle and speed of oblique impacts, with both readings of friction and of the angle.
+    """Runs oblique impacts: rebound angle and speed, in both readings of friction and angle.
 
     Returns:
         A Dataset over (racket, tension, friction_reading, angle_reading, stroke, point).

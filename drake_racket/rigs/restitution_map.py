@@ -40,7 +40,7 @@ AXIS_REACH = 0.14
 
 
 def axis_offsets(step: float) -> tuple[float, ...]:
-    """Aims for `along_axis` (m), `step` apart and symmetric about the centre, to AXIS_REACH.
+    """Gives aims for `along_axis` (m), `step` apart and symmetric about the centre.
 
     Raises:
         InputError: a step that is not 1 mm to AXIS_REACH.
@@ -61,7 +61,7 @@ def restitution_map(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """Restitution, contact and vibration at the string-bed's points.
+    """Runs impacts on the string-bed's points: restitution, contact and vibration.
 
     Returns:
         A Dataset over (racket, support, point).

@@ -37,7 +37,7 @@ MOST_FORCE = 20e3  # N
 def tangent_stiffness(
     z: NDArray[np.float64], constants: NDArray[np.float64], incidence: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """-df/dz (N/m), (n, n), symmetric: A^T diag(T L0^2 / L^3 + k dz^2 / L^2) A.
+    """Computes -df/dz (N/m), (n, n): A^T diag(T L0^2 / L^3 + k dz^2 / L^2) A.
 
     Args:
         z: (n,) deflections (m).  constants: (4, m) and incidence: (m, n), see `strings.tensions`.
@@ -93,7 +93,7 @@ def stiffness_dataset(
     points: Sequence[int] = POINT_NUMBERS,
     forces: Sequence[float] = FORCES,
 ) -> xarray.Dataset:
-    """Force-deflection curves and stiffness of every bed and point.
+    """Presses every bed at every point: force-deflection curves and stiffness.
 
     Returns:
         A Dataset over (racket, tension, point, force): deflection (m, at the loaded point), secant
@@ -142,7 +142,7 @@ def stiffness_dataset(
 
 
 def mean_difference(dataset: xarray.Dataset) -> xarray.Dataset:
-    """How well two beds match: the relative difference of secant stiffness, over all pairs.
+    """Tells how well two beds match: the relative difference of secant stiffness, over all pairs.
 
     For beds a and b at one force, the mean over points of |ka - kb| / ((ka + kb) / 2).
 

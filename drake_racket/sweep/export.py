@@ -147,7 +147,7 @@ def export_sweep(sweep: Sweep, directory: Path) -> xarray.Dataset:
 
 
 def flat(dataset: xarray.Dataset) -> xarray.Dataset:
-    """The same data with one dimension, `case`; what varies becomes variables along it."""
+    """Gives the same data with one dimension, `case`; what varies becomes variables along it."""
     import xarray
 
     dimensions = list(dataset["status"].dims)

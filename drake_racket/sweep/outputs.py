@@ -24,7 +24,7 @@ AUDIT, HAND, LIMB = "audit", "hand", "limb"
 
 @dataclass(frozen=True)
 class Output:
-    """One number of an impact.
+    """An output is one number of an impact.
 
     Attributes:
         read: a module's function (it travels between processes); NaN where there is no number.

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class SweepStopped(SimulationError, WorkStopped):
-    """A sweep that cannot go on, for a reason that lies in no case."""
+    """The sweep cannot go on, for a reason that lies in no case."""
 
 
 def run_sweep(

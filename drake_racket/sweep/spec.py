@@ -36,7 +36,7 @@ _TAKEN = ("case", "status", "failure", "scenario_hash", "sweep")
 
 @dataclass(frozen=True, repr=False)
 class Sweep:
-    """A checked sweep. Make one with `make_sweep` or `load_sweep`.
+    """A sweep is many impacts as checked data. Make one with `make_sweep` or `load_sweep`.
 
     Attributes:
         base: what the axes leave alone.

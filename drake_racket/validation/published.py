@@ -16,7 +16,7 @@ TOLERANCE_KINDS = ("relative", "absolute")
 
 @dataclass(frozen=True)
 class PublishedValue(Schema):
-    """One published number or range; see the head of data/published.yaml for the keys."""
+    """A published value is one number or range; the head of data/published.yaml has the keys."""
 
     key: Text = ""
     section: Text = ""

@@ -12,7 +12,7 @@ AGREES, DIFFERS, NOT_COMPARABLE = "agrees", "differs", "not comparable"
 
 @dataclass(frozen=True)
 class Comparison:
-    """A line of the report.
+    """A comparison is a line of the report.
 
     Attributes:
         model: the model's value; None where there is nothing to compare with.
@@ -37,7 +37,7 @@ class Comparison:
 
 
 def compare(entry: PublishedValue, model: float | None) -> Comparison:
-    """The verdict on one number. A model value that is not finite differs from everything."""
+    """Gives the verdict on one number. A model value that is not finite differs from everything."""
     if entry.not_comparable:
         return Comparison(entry, model, None, None, NOT_COMPARABLE)
     if model is None:

@@ -30,7 +30,7 @@ STEP = 2e-5
 
 @dataclass(frozen=True)
 class Bed:
-    """A string-bed in numbers.
+    """A bed is a string-bed in numbers.
 
     Attributes:
         constants: (4, springs) of `strings.tensions`.
@@ -55,7 +55,7 @@ class Bed:
 
 @dataclass(frozen=True)
 class Impacts:
-    """What is shot at the beds: m impacts.
+    """The impacts of a batch say what is shot at the beds: m of them.
 
     Attributes:
         points: (m,) from 1.
@@ -77,7 +77,7 @@ class Impacts:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a batch gives; the columns of `values` are `OUTPUTS`.
+    """The outcome is what a batch gives; the columns of `values` are `OUTPUTS`.
 
     Attributes:
         values: (m, 6).  jacobian: (m, 6, n).
@@ -187,7 +187,7 @@ def _check_points(points: NDArray[np.int64], most: int) -> None:
 
 
 def bed_parameters(racket: RacketParameters) -> tuple[list[str], Array]:
-    """Names and values of a bed's fitted parameters: `T0`, `k1`.., `p1`.. (N, N/m, 1)."""
+    """Names a bed's fitted parameters, `T0`, `k1`.., `p1`.., and gives their values (N, N/m, 1)."""
     bed = racket.string_bed
     k, p = bed.stiffness.value, bed.rim_factors.value
     names = ["T0", *(f"k{i + 1}" for i in range(len(k))), *(f"p{i + 1}" for i in range(len(p)))]
@@ -195,7 +195,7 @@ def bed_parameters(racket: RacketParameters) -> tuple[list[str], Array]:
 
 
 def make_bed(racket: RacketParameters, values: Any = None, free: Sequence[str] = ()) -> Bed:
-    """The bed of a racket, its parameters replaced by `values`, in the order of `bed_parameters`.
+    """Makes a racket's bed, its parameters replaced by `values`, in the order of `bed_parameters`.
 
     Args:
         free: names of the parameters to differentiate with respect to, in the order wanted.
@@ -245,7 +245,7 @@ def make_impacts(
     friction_reading: str = "velocity",
     friction: Any = None,
 ) -> Impacts:
-    """Impacts with the ball's constants at their speeds and the friction of their points.
+    """Makes impacts with the ball's constants at their speeds and the friction of their points.
 
     Args:
         points: (m,) from 1.  velocities: (m, 3) m/s, z negative; or (m,) normal speeds.
@@ -274,7 +274,7 @@ def make_impacts(
 
 
 def contact_constants(ball: BallParameters, speed: float) -> tuple[float, float]:
-    """The ball's kb (N/m) and cb (N s/m) at a normal approach speed (m/s)."""
+    """Gives the ball's kb (N/m) and cb (N s/m) at a normal approach speed (m/s)."""
     low, high = ball.speed_low.value, ball.speed_high.value
     kb = ball_constants(speed, low, high, ball.stiffness_low.value, ball.stiffness_growth.value)
     cb = ball_constants(speed, low, high, ball.damping_low.value, ball.damping_growth.value)

@@ -31,7 +31,7 @@ MOST_ROWS = 1000
 
 @dataclass(frozen=True)
 class BallImpact:
-    """One impact: the plate's force, and the ball's approach speed (m/s) as measured.
+    """A ball impact is the plate's force and the ball's approach speed (m/s), as measured.
 
     Attributes:
         mass: of this ball, kg; None where it was not weighed.

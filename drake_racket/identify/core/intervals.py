@@ -61,7 +61,7 @@ def profile(
     points: int = 15,
     confidence: float = CONFIDENCE,
 ) -> Profile:
-    """Likelihood profile of a parameter.
+    """Computes the likelihood profile of a parameter.
 
     Args:
         result: a fit of this problem.

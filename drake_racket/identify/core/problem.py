@@ -18,7 +18,7 @@ LOG_RATIO = 10.0  # positive bounds further apart than this are searched on a lo
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter to estimate.
+    """A Parameter is one number to estimate, with its bounds and its start.
 
     Raises:
         InputError: unless the bounds are finite and lower < start < upper.

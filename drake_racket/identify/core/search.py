@@ -26,7 +26,7 @@ METHODS = ("least-squares", "annealing")
 
 @dataclass(frozen=True)
 class Search:
-    """Options of a fit.
+    """A Search holds the options of a fit.
 
     Attributes:
         method: one of METHODS.
@@ -133,7 +133,7 @@ def unit_text(unit: str) -> str:
 
 
 def determined(estimate: Estimate) -> bool:
-    """Whether data determine a positive parameter: its 95 % interval is finite and above 0."""
+    """Tells whether data determine a positive parameter: its 95 % interval is finite, above 0."""
     low, high = estimate.interval
     return bool(low > 0.0 and np.isfinite(high))
 

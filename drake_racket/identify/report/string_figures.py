@@ -142,7 +142,7 @@ def estimates_figure(
 
 
 def coverage_figure(parts: Mapping[str, xarray.Dataset]) -> Figure:
-    """Share of repeats whose 95 % interval contains the true value, and what chance allows.
+    """Draws the share of repeats whose 95 % interval holds the true value, and what chance allows.
 
     Args:
         parts: by title, as `recovery.repeat` gives them. Where more than a tenth of the intervals

@@ -38,7 +38,7 @@ from drake_racket.rigs.head_clamped import ANGLE_READINGS, STROKES, stroke_axis
 
 @dataclass(frozen=True, kw_only=True)
 class AngleTable(ImpactTable):
-    """Oblique impacts (`impact_table.ImpactTable`).
+    """The table holds oblique impacts (`impact_table.ImpactTable`).
 
     Attributes:
         incidence, azimuth: (m,) degrees.

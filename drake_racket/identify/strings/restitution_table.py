@@ -39,7 +39,7 @@ TOLERANCE = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class RestitutionTable(ImpactTable):
-    """Normal impacts (`impact_table.ImpactTable`).
+    """The table holds normal impacts (`impact_table.ImpactTable`).
 
     Attributes:
         restitution: (m,).

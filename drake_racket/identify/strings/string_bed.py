@@ -138,7 +138,7 @@ class StringBedProblem:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StringBedFit(TableFit[StringBedProblem]):
-    """A fitted string-bed; its RMS of 0.01 is the paper's 1 %."""
+    """The fit holds a fitted string-bed; its RMS of 0.01 is the paper's 1 %."""
 
     def to_dataset(self) -> xarray.Dataset:
         """The result with measured and modelled restitution over `measurement`."""

@@ -18,7 +18,7 @@ AXIS_STYLES = (("x", GREEN, ":"), ("y", VERMILION, "--"), ("z", BLUE, "-"))
 
 
 def impact_figure(history: xarray.Dataset) -> Figure:
-    """One impact in four panels: force, ball and strings, throat joint, mid-handle acceleration."""
+    """Draws one impact in four panels: force, ball and strings, throat joint, acceleration."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def force_plate_figure(data: xarray.Dataset, measured: Signal | None = None) -> Figure:
-    """Force over time at every speed, and what is read from it over speed.
+    """Draws the force over time at every speed, and what is read from it over speed.
 
     Args:
         data: as `rigs.force_plate.plate_dataset` returns it.

@@ -24,7 +24,7 @@ def hammer_figure(
     published: Mapping[str, float],
     note: str = "",
 ) -> Figure:
-    """Pulse, acceleration, its ringing and the ringing's spectrum; one column per direction.
+    """Draws pulse, acceleration, its ringing and the ringing's spectrum; one column per direction.
 
     Args:
         strikes: by direction, as `rigs.impact_hammer.hammer_dataset` returns them.

@@ -141,7 +141,7 @@ def string_modes_figure(coupling: xarray.Dataset, racket: RacketParameters) -> F
 
 
 def grip_figure(sweeps: Sequence[xarray.Dataset]) -> Figure:
-    """Frequencies against the grip's stiffness, one column per plane, with their two limits.
+    """Draws frequencies against the grip's stiffness, one column per plane, with their two limits.
 
     Args:
         sweeps: of `grip_sweep`, one per racket.

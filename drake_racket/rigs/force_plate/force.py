@@ -72,7 +72,7 @@ class ClosedForm:
 
 
 def closed_form(*, mass: float, stiffness: float, damping: float, speed: float) -> ClosedForm:
-    """What the law gives on a rigid plate (module docstring); any damping ratio.
+    """Computes what the law gives on a rigid plate (module docstring); any damping ratio.
 
     Raises:
         InputError: a number that is not finite, or not positive (damping may be 0).
@@ -98,7 +98,7 @@ def closed_form(*, mass: float, stiffness: float, damping: float, speed: float) 
 
 
 def sample_times(rate: float, before: float, after: float) -> NDArray[np.float64]:
-    """Times (s) of a record sampled at `rate` (Hz), with a sample at 0.
+    """Gives the times (s) of a record sampled at `rate` (Hz), with a sample at 0.
 
     Raises:
         InputError: a rate that is not 1 kHz to 10 MHz, or times that are not 0 to 0.1 s.
@@ -141,7 +141,7 @@ class ForceAnalysis:
 def analyse_force(
     signal: Signal, *, mass: float, approach_speed: float, threshold: float = 0.01
 ) -> ForceAnalysis:
-    """Contact time, peak force, impulse and restitution from a force signal.
+    """Reads contact time, peak force, impulse and restitution from a force signal.
 
     In contact is the unbroken stretch around the highest sample where the force is at least
     `threshold` times that sample; its ends are placed by a straight line between the samples on

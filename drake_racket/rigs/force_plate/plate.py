@@ -222,7 +222,7 @@ def plate_dataset(
     rate: float = PLATE_SAMPLE_RATE,
     settings: IntegratorSettings = STEP,
 ) -> xarray.Dataset:
-    """Impacts at several speeds, each beside its closed form.
+    """Runs impacts at several speeds, each beside its closed form.
 
     Args:
         speeds: m/s, each once.  rate: Hz of the sampled force.

@@ -61,7 +61,7 @@ class Pulse:
 
 
 def half_sine(peak: float = INFERRED_PEAK, length: float = INFERRED_LENGTH) -> Pulse:
-    """F = peak sin(pi t / length) from t = 0 to `length`.
+    """Computes F = peak sin(pi t / length) from t = 0 to `length`.
 
     Args:
         peak: N, up to 5 kN.  length: s, 50 us to 50 ms.

@@ -248,6 +248,6 @@ def hammer_dataset(
     duration: float = DURATION,
     rate: float = HAMMER_SAMPLE_RATE,
 ) -> xarray.Dataset:
-    """One strike; arguments and errors as `make_hammer_rig` and `HammerRig.run`."""
+    """Runs one strike; arguments and errors as `make_hammer_rig` and `HammerRig.run`."""
     rig = make_hammer_rig(parameters, direction, pulse, place=place)
     return rig.run(duration=duration, rate=rate)

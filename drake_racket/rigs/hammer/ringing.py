@@ -54,7 +54,7 @@ class Ringing:
 def analyse_ringing(
     signal: Signal, *, start: float = -math.inf, least_share: float = 0.05
 ) -> Ringing:
-    """Frequency and damping of the strongest mode in a free decay.
+    """Reads frequency and damping of the strongest mode in a free decay.
 
     The extrema of A exp(-s t) cos(w t + a) are pi / w apart and shrink by exp(-s pi / w): straight
     lines through their times and logarithms over their number give both, once offset and drift

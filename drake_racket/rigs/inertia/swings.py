@@ -22,7 +22,7 @@ def swing_history(
     amplitude: float = AMPLITUDE,
     oscillations: int = 3,
 ) -> xarray.Dataset:
-    """One pendulum run: `angle` over `time`, and the `crossing` times of the rest position.
+    """Runs one pendulum: `angle` over `time`, and the `crossing` times of the rest position.
 
     The attribute `period_s` is the mean of the swings from the third crossing on.
 
@@ -58,7 +58,7 @@ def swing_history(
 def bending_error(
     racket_names: Sequence[str] = ("tour", "recreational"), *, amplitude: float = AMPLITUDE
 ) -> xarray.DataArray:
-    """How much the bending of the bare frame changes the pendulum's moment about its pivot.
+    """Tells how much the bare frame's bending changes the pendulum's moment about its pivot.
 
     Returns:
         (T_flexible / T_rigid)^2 - 1 over `racket` and `axis` (transverse, frontal), with both

@@ -93,7 +93,7 @@ def bending_mode(parameters: RacketParameters, direction: str) -> BendingMode:
 def ringing_dataset(
     strikes: Mapping[str, xarray.Dataset], racket: RacketParameters
 ) -> xarray.Dataset:
-    """Frequency and damping read from strikes, by direction, beside the model's and the published.
+    """Reads frequency and damping from strikes, by direction, beside the model's and the published.
 
     Args:
         strikes: by direction, as `hammer_dataset` returns them.

@@ -66,7 +66,7 @@ def modes_dataset(
     grip: GripStiffness | None = None,
     samples: int = SAMPLES,
 ) -> xarray.Dataset:
-    """All modes of one racket that vibrate.
+    """Computes all modes of one racket that vibrate.
 
     Args:
         racket, tension, joint_reading: as `load_racket`.

@@ -191,7 +191,7 @@ def sample_points(parameters: RacketParameters, samples: int = SAMPLES) -> NDArr
 
 
 def head_node(parameters: RacketParameters) -> float:
-    """The exact out-of-plane node on the head of the free, strung racket, m from the butt.
+    """Finds the exact out-of-plane node on the head of the free, strung racket, m from the butt.
 
     A ball that strikes there excites bending least.
     """
