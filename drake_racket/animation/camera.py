@@ -1,4 +1,4 @@
-"""Where an animation is seen from: racket, ball and limb in view, the strings' face visible."""
+"""Chooses where an animation is seen from: racket, ball and limb in view, strings' face visible."""
 
 from __future__ import annotations
 

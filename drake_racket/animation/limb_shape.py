@@ -1,4 +1,4 @@
-"""Hand and limb as capsules between their landmarks. Their thickness is a sketch."""
+"""Sketches hand and limb as capsules between their landmarks."""
 
 from __future__ import annotations
 

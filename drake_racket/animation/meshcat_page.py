@@ -1,4 +1,4 @@
-"""The scene in Drake's Meshcat, saved as one page that needs no server.
+"""Puts the scene into Drake's Meshcat and saves one page that needs no server.
 
 The scene's tree: `/racket/handle`, `/racket/head` and below it `point_1`, `point_2`, ... with the
 springs that start there, `/ball`, `/limb`. Each frame places the two bodies, the ball, the limb and

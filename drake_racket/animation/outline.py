@@ -1,4 +1,4 @@
-"""The racket's shape: the lines that figures draw, as polylines of its two rigid bodies, and tubes.
+"""Gives the racket's shape: lines of its two rigid bodies as polylines, and tubes.
 
 Rim and string points are the model's; handle and throat are a sketch (`plots.style.draw_outline`).
 """

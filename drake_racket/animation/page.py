@@ -1,4 +1,4 @@
-"""The words around an animation, and the page: title, time, legend, controls, no network."""
+"""Writes the words around an animation, and the page: title, time, legend, controls, no network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an animation shows, frame by frame, computed from a history alone.
+"""Computes what an animation shows, frame by frame, from a history alone.
 
 What is exaggerated, and how the ball still touches the strings:
 

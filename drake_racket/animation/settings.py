@@ -1,4 +1,4 @@
-"""How an animation is played and what it exaggerates."""
+"""The settings say how an animation is played and what it exaggerates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One resolved case: everything that decides an impact, loaded and checked once.
+"""A case is one impact, resolved: everything that decides it, loaded and checked once.
 
 Behind a `Case` nothing is parsed, checked or converted again, and no parameter file is opened. (The
 model file of a limb of the user's own, and what it includes, is Drake's to parse: the case has its

@@ -1,4 +1,4 @@
-"""The ready-made case: one racket, one ball, one support, built once and run many times."""
+"""Builds the ready-made case once, to run many times: one racket, one ball, one support."""
 
 from __future__ import annotations
 

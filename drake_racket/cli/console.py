@@ -1,4 +1,4 @@
-"""What the commands share: the console they print to, how far they are, and how they are ended."""
+"""The commands share what is here: the console, how far they are, and how they are ended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`drake-racket identify`: the model's parameters from measurements."""
+"""`drake-racket identify` fits the model's parameters to measurements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`drake-racket identify ball` and `identify frame`: the fits on the bench."""
+"""`drake-racket identify ball` and `identify frame` are the fits on the bench."""
 
 from __future__ import annotations
 

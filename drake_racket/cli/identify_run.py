@@ -1,4 +1,4 @@
-"""What the commands of `drake-racket identify` share: progress, interruption, printing."""
+"""The commands of `drake-racket identify` share what is here: progress, interruption, printing."""
 
 from __future__ import annotations
 

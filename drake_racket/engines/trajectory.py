@@ -1,4 +1,4 @@
-"""What an engine returns: arrays over time, and the numbers of the mechanism they belong to.
+"""A trajectory is what an engine returns: arrays over time, and the mechanism's numbers.
 
 Nothing here knows Drake. Results are made of these arrays alone, so that any engine serves.
 """
@@ -231,5 +231,5 @@ class Trajectory:
         return len(self.time)
 
     def audited(self) -> bool:
-        """Whether losses were integrated beside the motion."""
+        """Tells whether losses were integrated beside the motion."""
         return bool(np.isfinite(self.totals[:, 0]).all())

@@ -1,4 +1,4 @@
-"""The exception that bad input raises, the one of work that cannot go on, and what scripts do."""
+"""One exception is raised by bad input, one by work that cannot go on; scripts print one line."""
 
 from __future__ import annotations
 

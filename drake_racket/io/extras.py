@@ -1,4 +1,4 @@
-"""Optional libraries: one that is missing is named with its install line, before any work."""
+"""A missing optional library is named with its install line, before any work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is this the same computation? What tells that a kept result is still good, in one place.
+"""Tells whether this is the same computation, so that a kept result is still good.
 
 A result hangs on its input (a scenario, data, settings, the content of files) and on what computes
 it (`computation`). Stores keep both as plain data; `difference` names what differs.

@@ -1,4 +1,4 @@
-"""Single numbers from outside: Python's and NumPy's alike, made Python floats."""
+"""Numbers from outside, Python's and NumPy's alike, become Python floats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far long work is: what sweeps, rigs, fits and the validation tell whoever waits for them."""
+"""Tells whoever waits how far sweeps, rigs, fits and the validation are."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Progress:
     rms: float | None = None
 
     def rate(self) -> float:
-        """Steps per second of this run; 0 before the first."""
+        """Gives the steps per second of this run; 0 before the first."""
         return (self.done - self.before) / self.seconds if self.seconds > 0.0 else 0.0
 
     def time_left(self) -> float | None:

@@ -1,4 +1,4 @@
-"""Where the shipped files are, from a wheel and from an editable install alike."""
+"""Tells where the shipped files are, from a wheel and from an editable install alike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sampled signals: read from CSV with one clear error, written back, and pulses in them.
+"""Reads sampled signals from CSV with one clear error, writes them, and finds pulses in them.
 
 A CSV has the columns `time [s]` and, say, `force [N]` or `acceleration [m/s^2]`, in any form that
 `tables` reads. Other columns are ignored.

@@ -1,4 +1,4 @@
-"""A CSV of named columns with units, read whole, with errors that name row and column.
+"""Reads a CSV of named columns with units whole, with errors that name row and column.
 
 One reader for signals and tables of measurements. It takes what spreadsheets, pandas and
 laboratory programs write: UTF-8, UTF-16 with its mark, else Windows-1252; any line ends; lines of

@@ -59,12 +59,12 @@ class BedTopology:
 
     @property
     def points(self) -> tuple[int, ...]:
-        """Numbers of the points, 1 to n."""
+        """Lists the numbers of the points, 1 to n."""
         return tuple(range(1, len(self.places) + 1))
 
     @property
     def ends(self) -> Indices:
-        """(2, m) `first` and `second`, as the compiled loops take them."""
+        """Gives (2, m) `first` and `second`, as the compiled loops take them."""
         return np.stack([self.first, self.second])
 
 

@@ -1,4 +1,4 @@
-"""Ball against string mass: the contact law. `ball_contact` has the LeafSystem that applies it.
+"""Has the contact law, ball against string mass; `ball_contact` has the LeafSystem.
 
 With Q the ball's centre, S the string mass in contact, B the head's axes (z normal to the strings)
 and p = p_SQ_B, v = the velocity of Q relative to S as seen in B:

@@ -1,4 +1,4 @@
-"""Torques at the ends of joints' ranges. `limbs.limits` has the LeafSystem.
+"""Computes torques at the ends of joints' ranges. `limbs.limits` has the LeafSystem.
 
 Law, for a joint of position q and velocity v with the range [lower, upper], with s the angle by
 which it is beyond its upper end (the lower end likewise, with the signs turned):

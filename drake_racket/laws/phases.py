@@ -1,4 +1,4 @@
-"""The phases of a contact: when ball and strings touch and part, and what that leaves on record.
+"""A contact has phases: when ball and strings touch and part, and what that leaves on record.
 
 A record is a flat array of floats; PHASE, POINT and so on are the places of its numbers. The
 functions change it in place. They run on floats, on AutoDiffXd (an array of objects, into which

@@ -1,4 +1,4 @@
-"""The string-bed's law: point masses joined by springs. `bed` says which spring ends where.
+"""Has the string-bed's law, point masses joined by springs. `bed` says which ends where.
 
 Law (Glynn et al. 2011, in-text equation for T_i): a spring of rest length L0 whose ends differ in
 height by dz carries the tension

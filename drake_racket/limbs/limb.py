@@ -1,4 +1,4 @@
-"""A limb in a plant: the handles that the rest of the package needs, whoever built it."""
+"""A limb in a plant is its handles, which the rest of the package needs, whoever built it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The LeafSystem of passive torques at the ends of a limb's ranges. `laws.limits` has the law.
+"""The LeafSystem here gives passive torques at the ends of ranges. `laws.limits` has the law.
 
 A continuous plant ignores joint limits. A discrete plant enforces them itself: there
 `add_joint_limits` refuses.

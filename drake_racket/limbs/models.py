@@ -1,4 +1,4 @@
-"""Any limb: from the user's own plant, from SDF or URDF, or from Drake model directives."""
+"""Adds any limb: from the user's own plant, from SDF or URDF, or from Drake model directives."""
 
 from __future__ import annotations
 

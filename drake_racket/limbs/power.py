@@ -1,4 +1,4 @@
-"""The energy of a limb: the LeafSystem that meters work and losses, and what the limb holds."""
+"""The LeafSystem here meters a limb's work and losses, and what energy the limb holds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The models under sdf/: rackets, ball and upper limb, written from the shipped parameters.
+"""Writes the models under sdf/, rackets, ball and upper limb, from the shipped parameters.
 
 `make sdf` writes them again; a test compares.
 """

@@ -1,4 +1,4 @@
-"""A limb in the ready-made case: built from the settings, wired, and put into its stroke."""
+"""Builds a limb in the ready-made case from the settings, wires it, and puts it into its stroke."""
 
 from __future__ import annotations
 

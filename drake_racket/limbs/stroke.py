@@ -1,6 +1,6 @@
-"""The state in which a limb strikes: racket where, and moving as, a user wants it.
+"""Finds the state in which a limb strikes: racket where, and moving as, a user wants it.
 
-Frames, and how a stroke is described: `stroke_target`.
+Frames, and how a stroke is described: `parameters.stroke`.
 """
 
 from __future__ import annotations

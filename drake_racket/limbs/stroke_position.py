@@ -1,4 +1,4 @@
-"""The posture of a limb that puts a frame C of the racket where a user wants it.
+"""Finds the posture of a limb that puts a frame C of the racket where a user wants it.
 
 Drake's InverseKinematics finds the posture nearest to a guess; Newton steps on the exact kinematics
 then take it from the optimizer's tolerance (1e-6) to round-off.

@@ -1,4 +1,4 @@
-"""The joint velocities of a limb that move a frame of the racket as a user wants it."""
+"""Finds the joint velocities that move a frame of the racket as a user wants it."""
 
 from __future__ import annotations
 

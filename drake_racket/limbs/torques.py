@@ -1,4 +1,4 @@
-"""What the muscles do during an impact: torques on a limb's joints, constant or a user's own.
+"""Muscles act during an impact as torques on a limb's joints, constant or a user's own.
 
 An impact lasts about 5 ms, less than a reflex takes: constant torques stand for muscles that do not
 answer it. Three choices for them, from `initial_torques`, at the state before the impact:
@@ -106,7 +106,7 @@ class JointTorques:
         selector: takes the torques (n,) to the plant's actuation or generalized forces.
         actuators: of the joints, in order, if the torques go to the plant's actuation port (which
             is then connected); empty if not: connect `generalized_force_port` with
-            `diagram.connect_forces`.
+            `plant.compose.connect_forces`.
 
     """
 

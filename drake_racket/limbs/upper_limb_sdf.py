@@ -1,4 +1,4 @@
-"""SDF of the shipped upper limb, right or left, written from its parameters.
+"""Writes the SDF of the shipped upper limb, right or left, from its parameters.
 
 The files sdf/upper_limb.sdf (right) and sdf/upper_limb_left.sdf are this module's output.
 

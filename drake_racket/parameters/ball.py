@@ -1,4 +1,4 @@
-"""The ball file and its checks. Every number carries unit, status and source (see `quantities`)."""
+"""Reads and checks the ball file; its numbers carry unit, status and source (`quantities`)."""
 
 import os
 from dataclasses import dataclass

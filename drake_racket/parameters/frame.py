@@ -30,7 +30,7 @@ class FrameJoint:
 
     @property
     def axis_index(self) -> int:
-        """0, 1, 2 for x, y, z: the joint's place among roll, pitch and yaw."""
+        """Gives 0, 1, 2 for x, y, z: the joint's place among roll, pitch and yaw."""
         return AXES.index(self.axis)
 
 

@@ -1,4 +1,4 @@
-"""The grip file: six spring-dampers of a hand on a handle. `plant.grip` puts them on a plant.
+"""Reads the grip file: a hand's six spring-dampers. `plant.grip` puts them on a plant.
 
 No source at hand prints the numbers: the shipped ones are inferred. The default, `normal`, is the
 stiffness that the soft tissue of a palm has over the breadth of a hand (data/grip_normal.yaml);

@@ -1,4 +1,4 @@
-"""The parameter file of the shipped upper limb: segments, joints, and how they scale.
+"""Reads the file of the shipped upper limb: segments, joints, and how they scale.
 
 Segments are those of de Leva (1996), Adjustments to Zatsiorsky-Seluyanov's segment inertia
 parameters, J. Biomech. 29(9):1223-1230, Table 4. A segment's sagittal axis runs from back to front

@@ -1,4 +1,4 @@
-"""The part of a scenario that says which limb holds the racket, and in which stroke."""
+"""This part of a scenario says which limb holds the racket, and in which stroke."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class LimbSettings(Schema):
         base: of a file's limb, the frame that is welded to the world; empty if the file does that.
         hand: of a file's limb, the frame on which the racket's grip frame lies.
         limits: passive torques at the ends of the shipped limb's ranges.
-        joint_torques: during the impact: `zero`, `hold` or `carry`, constant; see `joint_torques`.
+        joint_torques: during the impact: `zero`, `hold` or `carry`, constant; see `limbs.torques`.
         stroke: place and motion of the racket at the start.
 
     """

@@ -1,4 +1,4 @@
-"""Single numbers of racket, ball and grip, set by their dotted keys.
+"""Sets single numbers of racket, ball and grip by their dotted keys.
 
     racket.head.mass, ball.stiffness_low           as in the parameter files
     racket.string_bed.stiffness.k1                 a member of a list: k, p, mu and its number; x, y

@@ -1,4 +1,4 @@
-"""Numbers that carry their unit, their source and how they are known."""
+"""Numbers here carry their unit, their source and how they are known."""
 
 from __future__ import annotations
 

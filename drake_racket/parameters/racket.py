@@ -1,4 +1,4 @@
-"""The racket file: one frame with one string-bed, and its checks.
+"""Reads and checks the racket file: one frame with one string-bed.
 
 Every number carries unit, status and source (see `quantities`). The published values are those of
 Glynn, King & Mitchell (2011), Sports Engineering 13(2):65-72, doi:10.1007/s12283-010-0056-x.

@@ -1,4 +1,4 @@
-"""One impact as data: the frozen scenario that describes a run.
+"""A scenario is one impact as data, frozen; it describes a run.
 
 `cases.resolve` loads what a scenario names and checks the whole.
 """
@@ -111,14 +111,14 @@ class Scenario(Schema):
 
     Attributes:
         racket, tension, ball: names of shipped parameter files, paths of the user's own, or for
-            the tension a number in N; see `parameters.load_racket` and `load_ball`.
+            the tension a number in N; see `load_racket` and `load_ball`.
         joint_reading: `by_axis`, `as_printed`, or empty for what the racket's file says.
-        friction_reading, reaction_point: see `diagram.add_impact`.
+        friction_reading, reaction_point: see `plant.compose.add_impact`.
         support: `free`, `clamped_head` (head welded to the world), `clamped_handle`, `grip`
-            (a hand fixed in the world; see `grip`), or `limb` (a hand at the end of a limb).
+            (a hand fixed in the world; see `plant.grip`), or `limb` (a hand at the end of a limb).
         grip, grip_kind: of the hand, by name or file: `loose`, `normal`, `tight`; and `compliant`,
-            `torsional` or `weld` (see `grip`).
-        limb: with support `limb`, which one, and its stroke: `limbs.settings`.
+            `torsional` or `weld` (see `plant.grip`).
+        limb: with support `limb`, which one, and its stroke: `LimbSettings`.
         overrides: single numbers of racket, ball and grip in place of their files', by dotted key:
             `racket.head.mass`, `ball.stiffness_low`, `grip.force_stiffness.x`; see `overrides`.
         point: a number (`1` to `9` on a bed of nine), or `auto` for the point nearest to the ball
@@ -129,7 +129,7 @@ class Scenario(Schema):
         approach_time: flight before touch.  after: time simulated from touch on.
         gravity: in the world; that is the racket's initial frame R but where a limb holds it.
         time_step: 0 for a continuous plant, else the step of a discrete one.
-        audit: integrate losses and impulse beside the motion (`energy`).
+        audit: integrate losses and impulse beside the motion (`results.energy`).
 
     """
 

@@ -1,4 +1,4 @@
-"""What a user asks of a racket at impact: its place, its face, and its motion.
+"""A stroke says what a user asks of a racket at impact: its place, its face, and its motion.
 
 World frame W: z up, x forward (towards the net), y to the left. The racket's frame C is `gsc`,
 the centre of the string-bed: x to the tip, z normal to the strings on the ball's side. The face is

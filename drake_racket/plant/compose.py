@@ -101,7 +101,7 @@ def add_impact(
 
     Args:
         point: number of the string-bed point that the ball meets, or 0 for the nearest at touch.
-        friction_reading: `velocity` or `displacement` (see `contact`).
+        friction_reading: `velocity` or `displacement` (see `laws.contact`).
         reaction_point: where the reaction to the contact force acts on the head: `ball`, at the
             ball (action and reaction along one line), or `string_mass`, as the source has it.
         name: prefix of the two systems' names; the racket's model name if None.

@@ -1,4 +1,4 @@
-"""A hand on the racket's grip, of one of three kinds.
+"""Puts a hand on the racket's grip, of one of three kinds.
 
     weld        the racket's grip frame G is fixed on the user's hand frame H
     torsional   G turns about H's origin against three torsional spring-dampers: translation is

@@ -1,4 +1,4 @@
-"""Derived numbers of a racket: total mass, balance, swingweight, frequencies; from the plant."""
+"""Derives a racket's numbers from the plant: total mass, balance, swingweight, frequencies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SDF of a racket and of a ball, written from their parameter files.
+"""Writes the SDF of a racket and of a ball from their parameter files.
 
 The files under sdf/ are this module's output for the shipped parameters (`make sdf` writes them
 again; a test compares), and `add_racket` parses the same

@@ -1,4 +1,4 @@
-"""What the figures share: colours, axes, and the racket's outline."""
+"""The figures share what is here: colours, axes, and the racket's outline."""
 
 from __future__ import annotations
 

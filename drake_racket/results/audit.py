@@ -1,4 +1,4 @@
-"""The balance at an instant of a user's own simulation in Drake."""
+"""Balances energy and momentum at an instant of a user's own simulation in Drake."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A time history as the columns of a table, and back."""
+"""Turns a time history into the columns of a table, and back."""
 
 from __future__ import annotations
 

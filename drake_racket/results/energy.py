@@ -1,4 +1,4 @@
-"""Where the energy and the momentum are, at one instant or over a whole run.
+"""Tells where the energy and the momentum are, at one instant or over a whole run.
 
 What is lost is integrated beside the motion (`plant.systems.energy_meter`), at the integrator's own
 order, so that the balance closes as well as the motion is solved. What is there is computed here

@@ -1,4 +1,4 @@
-"""Time histories as files: written by suffix, and read back into the same labelled Dataset.
+"""Writes time histories by suffix, and reads them back into the same labelled Dataset.
 
 | suffix | what it keeps |
 |---|---|

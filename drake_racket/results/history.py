@@ -1,4 +1,4 @@
-"""The labelled time history of a run: names, units, frames; no visualizer; see `formats`."""
+"""Makes the labelled time history of a run: names, units, frames; see `formats`."""
 
 from __future__ import annotations
 

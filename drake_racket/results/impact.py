@@ -1,4 +1,4 @@
-"""What one impact gives: numbers, balance, warnings."""
+"""One impact gives what is here: numbers, balance, warnings."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class ImpactResult:
         return f"ImpactResult(point {self.point}, rebound {speed:.2f} m/s)"
 
     def to_json(self) -> dict[str, Any]:
-        """Everything but the history, as JSON's own types."""
+        """Gives everything but the history, as JSON's own types."""
         skipped = ("history", "scenario")
         values = {
             f.name: _plain(getattr(self, f.name))

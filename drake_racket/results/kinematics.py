@@ -1,4 +1,4 @@
-"""Places and velocities of bodies and frames over time, from arrays (m samples at once)."""
+"""Computes places and velocities of bodies and frames over time, from arrays."""
 
 from __future__ import annotations
 

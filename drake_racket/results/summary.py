@@ -1,4 +1,4 @@
-"""An impact in words: the lines that the command line prints."""
+"""Tells an impact in words: the lines that the command line prints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Head-clamped impacts: the ball cannon against a racket whose head is held rigidly.
+"""The ball cannon shoots at a racket whose head is held rigidly.
 
 Normal impacts: nine points, six speeds, restitution (Glynn et al. 2011 fit T0, k1-k4 and p1-p6 to
 these). Oblique impacts: two stroke conditions at nine points, rebound angle (they fit mu1-mu3).

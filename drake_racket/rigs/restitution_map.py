@@ -1,4 +1,4 @@
-"""Impacts on a racket that may move: apparent restitution and vibration over the string-bed.
+"""Shoots at a racket that may move: apparent restitution and vibration over the string-bed.
 
 The racket is free, as between two threads, in a hand-like grip, or clamped at the handle. Beside
 restitution the rig reads what is left shaking: how far the frame bends after the ball has left, and

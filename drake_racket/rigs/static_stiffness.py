@@ -1,4 +1,4 @@
-"""The string-bed pressed slowly: deflection and stiffness by point, with the head held.
+"""Presses the string-bed slowly: deflection and stiffness by point, with the head held.
 
 A force on one string mass along the head's normal is balanced by the springs (the law of
 `strings`, no contact and no dynamics):

@@ -1,4 +1,4 @@
-"""The cases of a sweep before they run: which are valid, and which share a Diagram."""
+"""Plans a sweep's cases before they run: which are valid, and which share a Diagram."""
 
 from __future__ import annotations
 

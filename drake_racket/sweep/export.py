@@ -1,4 +1,4 @@
-"""The results of a sweep as labelled data and as files that need nothing of this package.
+"""Gives a sweep's results as labelled data and as files that need nothing of this package.
 
     results.nc       NetCDF 4: one dimension per axis, outputs over all of them
     results.parquet  one row per case (extra `parquet`); units in the fields' metadata

@@ -1,4 +1,4 @@
-"""What makes two sweeps the same: scenario, files, axes, outputs, and the code that runs them."""
+"""Tells what makes two sweeps the same: scenario, files, axes, outputs, and code."""
 
 from __future__ import annotations
 

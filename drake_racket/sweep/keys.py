@@ -1,4 +1,4 @@
-"""What an axis of a sweep can vary: keys of the scenario, and parameters by their dotted names.
+"""An axis of a sweep can vary keys of the scenario, and parameters by their dotted names.
 
 A scenario's key is written as in its file, nested ones with dots (`integrator.accuracy`,
 `limb.stroke.speed`); a component of a vector by its letter (`gravity.z`, `limb.place.x`); a joint

@@ -1,4 +1,4 @@
-"""The numbers of an impact that a sweep or a rig can keep: each is defined once, here, by name."""
+"""An output is a number of an impact that a sweep or a rig can keep; each is defined once, here."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Output:
     needs: str = ""
 
     def available(self, scenario: Scenario) -> bool:
-        """Whether such a scenario can have it."""
+        """Tells whether such a scenario can have it."""
         if self.needs == HAND:
             return scenario.support in ("grip", "limb")
         if self.needs == LIMB:

@@ -46,7 +46,7 @@ def run_sweep(
     """Runs what is missing of a sweep and returns all of it.
 
     The results depend on the sweep alone: not on executor, order, number of workers, or how often
-    it was interrupted. Where processes are spawned (see `workers`), a script that calls this needs
+    it was interrupted. Where processes are spawned (see `pool`), a script that calls this needs
     the usual `if __name__ == "__main__":`.
 
     Args:

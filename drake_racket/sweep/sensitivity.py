@@ -1,4 +1,4 @@
-"""Which parameters decide an output: Sobol indices from a sweep, with confidence intervals.
+"""Tells which parameters decide an output: Sobol indices from a sweep, with intervals.
 
     design = sobol_design({"tension": Span(200, 320, "N"), "ball.mass": Span(0.9, 1.1, "1", True)},
                           samples=64, seed=1)

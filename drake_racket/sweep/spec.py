@@ -1,4 +1,4 @@
-"""A sweep as data: a base scenario, axes over it, and what to keep of every case.
+"""A sweep is data: a base scenario, axes over it, and what to keep of every case.
 
 base: forehand.yaml          # a scenario file beside this one; or its keys, here
 axes:                        # see `axes`; the first varies slowest
@@ -60,7 +60,7 @@ class Sweep:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Places along each axis."""
+        """Gives the number of places along each axis."""
         return tuple(len(axis) for axis in self.axes)
 
     def __len__(self) -> int:
@@ -68,7 +68,7 @@ class Sweep:
         return math.prod(self.shape)
 
     def places(self, case: int) -> tuple[int, ...]:
-        """Where a case stands along each axis; cases are numbered in row-major order from 0."""
+        """Tells where a case stands along each axis; cases are numbered row by row from 0."""
         found = []
         for count in reversed(self.shape):
             case, place = divmod(case, count)

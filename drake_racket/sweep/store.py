@@ -1,4 +1,4 @@
-"""The durable results of a sweep: one store, `sweep.sqlite`, readable with any SQLite.
+"""Keeps a sweep's results durably in one store, `sweep.sqlite`, readable with any SQLite.
 
     table cases     one row per finished case: case (its number), hash (of its scenario), status
                     (done or failed), failure, warnings (JSON list), seconds, then one column per

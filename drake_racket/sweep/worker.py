@@ -1,4 +1,4 @@
-"""What a process does with one case of a sweep, wherever the process is."""
+"""Does in a process, wherever it is, what one case of a sweep needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sections about ball, frame and instruments: force plate, modes, hammer, inertia bench."""
+"""These sections are about ball, frame and instruments: plate, modes, hammer, bench."""
 
 from __future__ import annotations
 

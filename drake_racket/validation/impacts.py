@@ -1,4 +1,4 @@
-"""Sections about the string-bed: head clamped, oblique, moving racket, and slow pressing."""
+"""These sections are about the string-bed: head clamped, oblique, moving, pressed slowly."""
 
 from __future__ import annotations
 

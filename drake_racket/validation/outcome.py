@@ -1,4 +1,4 @@
-"""What a section of the validation is asked for, and what it gives."""
+"""Says what a section of the validation is asked for, and what it gives."""
 
 from __future__ import annotations
 

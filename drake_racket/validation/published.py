@@ -1,4 +1,4 @@
-"""The published numbers and how the model is compared with them: data/published.yaml."""
+"""Reads the published numbers and how the model is compared: data/published.yaml."""
 
 from __future__ import annotations
 

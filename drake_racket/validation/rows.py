@@ -1,4 +1,4 @@
-"""One published number beside the model's: the difference, and what follows from it."""
+"""A row sets one published number beside the model's: the difference, and what follows."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Comparison:
     verdict: str
 
     def reason(self) -> str:
-        """One line: why this verdict."""
+        """Says in one line why this verdict."""
         entry = self.published
         if self.verdict == NOT_COMPARABLE:
             return f"{entry.not_comparable}; {entry.note}"

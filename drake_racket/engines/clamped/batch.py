@@ -1,4 +1,4 @@
-"""Batches of impacts on string-beds whose head is clamped: the fast rig under the fits.
+"""Runs batches of impacts on string-beds whose head is clamped: the fast rig under the fits.
 
 `ode` has the equations. It is not a second model: the force laws are those of the
 Drake systems, and a test ties a batch to the Drake rig (`rigs.head_clamped`).
@@ -46,7 +46,7 @@ class Bed:
     topology: BedTopology
 
     def static_stiffness(self) -> Array:
-        """(points,) N/m at each point of the flat bed, all else unloaded: 1 / (K^-1)_pp."""
+        """Gives (points,) N/m at each point of the flat bed, all else unloaded: 1 / (K^-1)_pp."""
         k, slack, length2, _ = self.constants
         length, incidence = np.sqrt(length2), self.topology.incidence
         matrix = incidence.T @ (((slack + k * length) / length)[:, None] * incidence)
@@ -92,18 +92,18 @@ class Outcome:
     ended: NDArray[np.bool_]
 
     def column(self, name: str) -> tuple[Array, Array]:
-        """Values (m,) and derivatives (m, n) of one of OUTPUTS."""
+        """Gives values (m,) and derivatives (m, n) of one of OUTPUTS."""
         i = OUTPUTS.index(name)
         return self.values[:, i], self.jacobian[:, i]
 
     def restitution(self, impacts: Impacts) -> tuple[Array, Array]:
-        """Normal rebound over normal approach speed (m,), and its derivatives (m, n)."""
+        """Gives normal rebound over normal approach speed (m,), and its derivatives (m, n)."""
         approach = -impacts.velocities[:, 2]
         values, slopes = self.column("v_z")
         return values / approach, slopes / approach[:, None]
 
     def rebound_angle(self, impacts: Impacts) -> tuple[Array, Array]:
-        """Angle (rad) from the normal (m,), as `rigs.head_clamped` signs it, with derivatives.
+        """Gives the angle (rad) from the normal (m,), as `rigs.head_clamped` signs it.
 
         The tangential part counts along the tangential direction of approach.
         """

@@ -1,4 +1,4 @@
-"""A ball on a string-bed whose head is clamped: the equations of motion, and their derivatives.
+"""Has the equations of motion of a ball on a head-clamped bed, and their derivatives.
 
 The laws of the Drake systems (`strings.spring_law`, `contact.contact_law`) in an ODE of 2 n + 6
 states y: heights z (0 to n - 1) and rates (n to 2 n - 1) of the n string masses, position (the next

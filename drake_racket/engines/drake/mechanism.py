@@ -1,4 +1,4 @@
-"""The numbers of a mechanism, read from a plant and its Context for whoever knows no Drake."""
+"""Reads a mechanism's numbers from a plant and its Context for whoever knows no Drake."""
 
 from __future__ import annotations
 

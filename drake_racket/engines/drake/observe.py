@@ -1,4 +1,4 @@
-"""What one instant of a Drake simulation shows: the row of arrays that a trajectory is made of."""
+"""Reads what one instant of a Drake simulation shows: a row of a trajectory's arrays."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The ball's stiffness and damping over approach speed, from impacts on a force plate.
+"""Fits the ball's stiffness and damping over approach speed to impacts on a force plate.
 
-One pair kb, cb per speed (`ball_speed`), and a straight line through each over speed: the law that
+One pair kb, cb per speed (`by_speed`), and a straight line through each over speed: the law that
 the ball's parameter file holds, its values at a lowest speed and their growth up to a highest.
 """
 
@@ -178,7 +178,7 @@ def fit_ball(
         progress: called with the speeds done; `rms` (N) at the one just fitted.
 
     Raises:
-        InputError: a number out of range, or a record that `ball_speed.fit_speed` refuses.
+        InputError: a number out of range, or a record that `by_speed.fit_speed` refuses.
 
     """
     if weights is not None and weights not in WEIGHTS:

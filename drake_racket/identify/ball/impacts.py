@@ -1,4 +1,4 @@
-"""Measured impacts of a ball on a force plate: the table, the records, and what is fitted of each.
+"""Reads measured impacts of a ball on a force plate, and says what is fitted of each.
 
 The table is a CSV with one row per impact and the columns `file`, `speed [m/s]` (measured, before
 the impact) and, if the balls were weighed, `mass [kg]`. `file` is a path from the table's place to

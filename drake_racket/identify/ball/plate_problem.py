@@ -1,4 +1,4 @@
-"""Impacts at one speed as a least-squares problem."""
+"""States impacts at one speed as a least-squares problem."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The force of a ball on a rigid plate and its exact derivatives.
+"""Computes the force of a ball on a rigid plate and its exact derivatives.
 
-`rigs.plate_force` has the law and its closed form. With a = cb / (2 m), g = kb - cb a and
+`rigs.force_plate.force` has the law and its closed form. With a = cb / (2 m), g = kb - cb a and
 q = kb / m - a^2 (negative if overdamped),
 
     N = v exp(-a t) (cb C + g S),   C = cos(sqrt(q) t),   S = sin(sqrt(q) t) / sqrt(q),

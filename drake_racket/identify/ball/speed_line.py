@@ -1,4 +1,4 @@
-"""A straight line through fitted values over speed, with its intervals.
+"""Draws a straight line through fitted values over speed, with its intervals.
 
 With values y_i at speeds v_i, weights w_i and the centre c = sum w v / sum w, the line
 y = level + slope (v - c) has uncorrelated level and slope:

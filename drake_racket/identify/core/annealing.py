@@ -1,4 +1,4 @@
-"""Simulated annealing, as the paper fitted its string bed (scipy's dual annealing)."""
+"""Anneals as the paper fitted its string bed (scipy's dual annealing)."""
 
 from __future__ import annotations
 

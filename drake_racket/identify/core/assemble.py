@@ -1,4 +1,4 @@
-"""The result of a fit from its starts: the best one, its uncertainty, and what to be wary of."""
+"""Makes a fit's result from its starts: the best one, its uncertainty, what to be wary of."""
 
 from __future__ import annotations
 

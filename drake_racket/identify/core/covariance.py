@@ -1,4 +1,4 @@
-"""How well the data determine the parameters, by linearising at the minimum.
+"""Tells how well data determine the parameters, by linearising at the minimum.
 
 With the Jacobian J of the residuals over their sigma the covariance is (J^T J)^-1; where sigma is
 unknown it is estimated as s^2 = sum of squares / (m - parameters determined). Directions that J

@@ -1,4 +1,4 @@
-"""A fitted number as reports and parameter files want it."""
+"""An estimate is a fitted number as reports and parameter files want it."""
 
 from __future__ import annotations
 

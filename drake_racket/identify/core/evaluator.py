@@ -1,4 +1,4 @@
-"""Residuals and derivatives on the search's scale, counted, journalled, and the best one kept."""
+"""Evaluates residuals and derivatives on the search's scale; counts, journals, keeps the best."""
 
 from __future__ import annotations
 

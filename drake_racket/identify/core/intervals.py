@@ -1,4 +1,4 @@
-"""Likelihood profiles and the confidence intervals they give.
+"""Computes likelihood profiles and the confidence intervals they give.
 
 Where a problem is strongly curved, or two parameters nearly trade off, the covariance's interval is
 poor and the profile's is the better one: the values at which the sum of squares, minimised over all

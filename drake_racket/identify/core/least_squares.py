@@ -1,4 +1,4 @@
-"""Least squares by exact derivatives from several starts (scipy's trust region within bounds)."""
+"""Fits by least squares with exact derivatives from several starts (scipy's trust region)."""
 
 from __future__ import annotations
 

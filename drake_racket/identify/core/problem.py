@@ -1,4 +1,4 @@
-"""What is fitted: parameters with bounds, and a problem that gives residuals and derivatives."""
+"""A problem has parameters with bounds, and gives residuals and derivatives."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Parameter:
 
     @property
     def logarithmic(self) -> bool:
-        """True where the search scale is the logarithm: 0 < lower and upper/lower > 10."""
+        """Tells whether the search scale is the logarithm: 0 < lower and upper/lower > 10."""
         return self.lower > 0.0 and self.upper > LOG_RATIO * self.lower
 
 

@@ -1,4 +1,4 @@
-"""What a fit found: estimates, their uncertainty, residuals and how it converged."""
+"""A result says what a fit found: estimates, their uncertainty, residuals and how it converged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the fits on the clamped head share: how they search, and what they say of a result."""
+"""The fits on the clamped head share how they search, and what they say of a result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The starts of a search: where they begin, how they share processes, and what each leaves."""
+"""Runs the starts of a search: where they begin, how they share processes, what each leaves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit of the frame should make one doubt."""
+"""Checks what a fit of the frame should make one doubt."""
 
 from __future__ import annotations
 

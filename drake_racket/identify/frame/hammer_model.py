@@ -1,4 +1,4 @@
-"""The linear two-body racket under the hammer, with exact derivatives by the joint's constants.
+"""Models the linear two-body racket under the hammer, with exact derivatives.
 
 In one plane, with the velocities of the base and the joint, M x'' = u F - e (kf q + cf q'), where
 q is the joint's angle, e its unit vector and u the motion of the place that is hit and measured.

@@ -1,4 +1,4 @@
-"""A strike with the impact hammer as measured: force in, acceleration out, and its pulse."""
+"""A hammer record is a strike as measured: force in, acceleration out, and its pulse."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class HammerRecord:
         acceleration: (n,) m/s^2.
         after: first sample after the pulse: from there on the racket rings freely.
         pulse: s, length of the pulse.
-        offset: m/s^2, mean acceleration before the pulse (`ball_impacts.resting_offset`).
+        offset: m/s^2, mean acceleration before the pulse (`identify.ball.impacts.resting_offset`).
         where: the file, for messages.
 
     """

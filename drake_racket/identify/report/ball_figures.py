@@ -1,4 +1,4 @@
-"""The ball's fitted stiffness and damping, and the forces they come from."""
+"""Draws the ball's fitted stiffness and damping, and the forces they come from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit leaves in its directory: parameter file, result, residuals, figures and a report.
+"""Writes what a fit leaves: parameter file, result, residuals, figures and a report.
 
 racket.yaml or ball.yaml    the racket or ball with the fitted values (`parameter_file`)
 result.json, result.nc      estimates, covariance, intervals, residuals, convergence

@@ -1,4 +1,4 @@
-"""Fitted values as parameter files: what `load_racket` and `load_ball` read, with their sources.
+"""Writes fitted values as parameter files: what `load_racket` and `load_ball` read.
 
 Every fitted value gets status `fitted` and a source that names the data file and its hash, the
 date, the method, the RMS difference and the 95 % interval. A value that the data do not determine

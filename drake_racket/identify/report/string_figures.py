@@ -145,7 +145,7 @@ def coverage_figure(parts: Mapping[str, xarray.Dataset]) -> Figure:
     """Draws the share of repeats whose 95 % interval holds the true value, and what chance allows.
 
     Args:
-        parts: by title, as `recovery.repeat` gives them. Where more than a tenth of the intervals
+        parts: by title, as the recovery study gives them. Where more than a tenth of the intervals
             do not determine the parameter the mark is hollow.
 
     """

@@ -1,4 +1,4 @@
-"""Tables of measured oblique impacts on the clamped head: angle of rebound.
+"""Reads tables of measured oblique impacts on the clamped head: angle of rebound.
 
 A CSV as in `tables`, with the columns
 
@@ -52,7 +52,7 @@ class AngleTable(ImpactTable):
 
     @property
     def velocities(self) -> Array:
-        """(m, 3) m/s in the head."""
+        """Gives the ball's velocities (m, 3) in the head, m/s."""
         slant, around = np.radians(self.incidence), np.radians(self.azimuth)
         across = self.speeds * np.sin(slant)
         z = -self.speeds * np.cos(slant)

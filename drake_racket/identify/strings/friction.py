@@ -1,4 +1,4 @@
-"""Friction coefficients from the rebound angles of oblique impacts on the clamped head.
+"""Fits friction coefficients to the rebound angles of oblique impacts on the clamped head.
 
 Glynn et al. 2011 fit mu1-mu3 to two stroke conditions at nine points. The residuals are modelled
 less measured angles of rebound in degrees. A ball that stops sliding before it leaves carries away

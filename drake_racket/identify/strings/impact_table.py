@@ -1,4 +1,4 @@
-"""What tables of normal and of oblique impacts on the clamped head have in common."""
+"""Tables of normal and of oblique impacts on the clamped head share what is here."""
 
 from __future__ import annotations
 

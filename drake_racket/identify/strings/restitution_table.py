@@ -1,4 +1,4 @@
-"""Tables of measured normal impacts on the clamped head: restitution.
+"""Reads tables of measured normal impacts on the clamped head: restitution.
 
 A CSV with one header line, columns named `name [unit]` (`[1]` may be left out) and lines of comment
 that begin with `#`; other columns are ignored:

@@ -1,4 +1,4 @@
-"""Tension, stiffnesses and rim factors of a string-bed from restitution of the clamped head.
+"""Fits tension, stiffnesses and rim factors of a string-bed to restitution, head clamped.
 
 Glynn et al. 2011 fit T0, k1-k4 and p1-p6 to normal impacts at nine points and six speeds, and for
 another tension T0 alone. The residuals are modelled less measured restitution; the model is the

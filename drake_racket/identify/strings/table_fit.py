@@ -1,4 +1,4 @@
-"""What fits to a table of impacts on the clamped head have in common."""
+"""Fits to a table of impacts on the clamped head share what is here."""
 
 from __future__ import annotations
 

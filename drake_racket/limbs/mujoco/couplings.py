@@ -1,4 +1,4 @@
-"""Where a MuJoCo model's joints are, and which of them a coupling or the caller holds.
+"""Finds where a MuJoCo model's joints are, and which of them a coupling or the caller holds.
 
 A joint coupling (an `mjEQ_JOINT` equality) ties joint y to joint x by a quartic:
 y - y0 = a0 + a1 (x - x0) + ... + a4 (x - x0)^4, with x0 and y0 from qpos0; without an x,

@@ -77,7 +77,7 @@ class ImportedLimb:
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def velocity_map(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """T (nv x n_v): MuJoCo's qvel is T v, v the limb's velocities by `limb.velocity_indices()`.
+        """Gives T (nv x n_v): MuJoCo's qvel is T v, v by `limb.velocity_indices()`.
 
         So its generalized forces on the limb are T' times MuJoCo's, and its mass matrix is T' M T.
         """

@@ -1,4 +1,4 @@
-"""The optional package `mujoco`, its compiled models, and the names in them."""
+"""Loads the optional package `mujoco`, its compiled models, and the names in them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an import from MuJoCo leaves out, by name."""
+"""Lists what an import from MuJoCo leaves out, by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an import needs of a compiled MuJoCo model: its tree of bodies and joints, as plain data.
+"""Reads a compiled MuJoCo model's tree of bodies and joints, as plain data.
 
 MuJoCo places body B by a constant pose in its parent, then applies the body's joints in order, each
 in the frame that the ones before it leave: a rotation about the line through `jnt_pos` along

@@ -1,4 +1,4 @@
-"""The LeafSystem of the ball contact: events and forces. `contact` and `phases` have the laws."""
+"""The BallContact applies the laws of `contact` and `phases`: events and forces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The LeafSystem that meters what an impact loses: integrated beside the motion."""
+"""The EnergyMeter meters what an impact loses, integrated beside the motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a held racket does to the hand: the LeafSystem that reads the load from a grip's bushing."""
+"""The GripLoad reads from a grip's bushing what a held racket does to the hand."""
 
 from __future__ import annotations
 

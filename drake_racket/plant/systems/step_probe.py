@@ -1,4 +1,4 @@
-"""The LeafSystem that looks at a simulation where each step begins."""
+"""The StepProbe looks at a simulation where each step begins."""
 
 from __future__ import annotations
 

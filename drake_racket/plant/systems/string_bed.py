@@ -1,4 +1,4 @@
-"""The LeafSystem of the string-bed, and its numbers. `strings` has the law, `bed` topologies."""
+"""The StringBed applies the law of `strings` on a bed of `bed`, with its numbers."""
 
 from __future__ import annotations
 

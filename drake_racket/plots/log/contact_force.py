@@ -1,4 +1,4 @@
-"""The contact force of one log, over time and over the ball's compression."""
+"""Draws the contact force of one log, over time and over the ball's compression."""
 
 from __future__ import annotations
 

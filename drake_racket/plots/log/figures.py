@@ -1,4 +1,4 @@
-"""The figures of one log (a time history), each with what it needs of the log."""
+"""Lists the figures of one log (a time history), each with what it needs of the log."""
 
 from __future__ import annotations
 

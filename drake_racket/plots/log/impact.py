@@ -1,4 +1,4 @@
-"""One impact, from its history alone: an overview, and panels that other figures share."""
+"""Draws one impact from its history alone: an overview, and panels that other figures share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The string-bed of one log at four instants, on the racket's outline."""
+"""Draws the string-bed of one log at four instants, on the racket's outline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mid-handle acceleration of one log, and the spectrum of its ringing after release."""
+"""Draws mid-handle acceleration of one log, and the spectrum of its ringing after release."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def hammer_figure(
     """Draws pulse, acceleration, its ringing and the ringing's spectrum; one column per direction.
 
     Args:
-        strikes: by direction, as `rigs.impact_hammer.hammer_dataset` returns them.
+        strikes: by direction, as `rigs.hammer_dataset` returns them.
         ringing: by direction, of the acceleration after the pulse.
         published: frequencies (Hz) by direction; NaN where there is none.
         note: a line under the title, such as where the pulse comes from.

@@ -1,4 +1,4 @@
-"""Figure of the inertia bench, from its dataset and one swing's history."""
+"""Draws the inertia bench, from its dataset and one swing's history."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of the modal analysis: frame modes, string-bed modes, frequencies against the grip."""
+"""Draws the modal analysis: frame modes, string-bed modes, frequencies against the grip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Restitution over the string-bed: clamped head, oblique, moving racket."""
+"""Draws restitution over the string-bed: clamped head, oblique, moving racket."""
 
 from __future__ import annotations
 

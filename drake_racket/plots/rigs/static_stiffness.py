@@ -1,4 +1,4 @@
-"""The string-bed pressed slowly."""
+"""Draws the string-bed pressed slowly."""
 
 from __future__ import annotations
 

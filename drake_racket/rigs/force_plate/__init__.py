@@ -1,1 +1,1 @@
-"""A ball on a force plate."""
+"""This rig shoots a ball at a force plate."""

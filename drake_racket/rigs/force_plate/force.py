@@ -1,4 +1,4 @@
-"""A ball on a rigid plate without Drake: the closed form, and the analysis of a force signal.
+"""Solves a ball on a rigid plate without Drake, in closed form, and analyses force signals.
 
 Started at touch with speed v, the contact law N = kb x + cb x' and the ball's mass m make x a
 damped oscillator that is let go when N returns to 0. With w = sqrt(kb / m), z = cb / (2 sqrt(kb m))

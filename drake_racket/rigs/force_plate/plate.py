@@ -1,4 +1,4 @@
-"""The force plate: the ball shot at a rigid plate.
+"""The force plate rig shoots the ball at a rigid plate.
 
 The plate takes the place of the string mass in the same `BallContact` that meets a racket: a body
 welded to the world. `plate_force` has the closed form of such an impact, and the analysis of a

@@ -1,4 +1,4 @@
-"""The impact hammer: a force pulse over time, and the LeafSystem that applies it to a body."""
+"""The hammer's force is a pulse over time; a LeafSystem applies it to a body."""
 
 from __future__ import annotations
 

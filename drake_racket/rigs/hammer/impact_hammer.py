@@ -1,4 +1,4 @@
-"""The impact hammer: the bare racket hung freely, struck in the middle of its handle.
+"""The impact hammer strikes the bare racket, hung freely, in the middle of its handle.
 
 A force pulse acts at a place on the handle, out of the plane (along z) or in it (along y), and an
 accelerometer directly opposite reads the acceleration of that place along the same direction for

@@ -1,4 +1,4 @@
-"""Free decay: frequency and damping out of a sampled oscillation, the model's or a measured one."""
+"""Reads frequency and damping from a sampled free decay, the model's or a measured one."""
 
 from __future__ import annotations
 

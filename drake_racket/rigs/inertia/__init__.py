@@ -1,1 +1,1 @@
-"""Knife-edges, pendulum and table: the inertia bench."""
+"""This rig is the inertia bench: knife-edges, pendulum and table."""

@@ -1,11 +1,11 @@
-"""Inertia bench: what a stopwatch, a rule and scales tell about a racket's inertia.
+"""Computes what a stopwatch, a rule and scales tell about a racket's inertia.
 
 Glynn et al. (2011) take the moments about the frontal (z) and transverse (y) axes from pendulum
 periods (Brody 1985), the moment about the longitudinal axis (x) from a torsional pendulum, and the
 centre of mass from two knife-edges, one of them on scales. These are the same sums as pure
 functions: floats in, floats out, SI units and radians. Places are measured along the racket from
 its butt end (or from the near end of a part). The simulated bench that feeds them is
-`inertia_bench_simulation`.
+`rigs.inertia.simulation`.
 
 Standard deviations are propagated to first order, sd(f)^2 = sum (df/dx_i)^2 sd(x_i)^2, for errors
 that are independent of each other; a standard deviation that is not given counts as zero. Mass and

@@ -1,6 +1,6 @@
-"""The whole inertia bench: weigh, balance, swing and twist every specimen, and recover its inertia.
+"""Weighs, balances, swings and twists every specimen, and recovers its inertia.
 
-What the simulated instruments show goes through the sums of `inertia_bench` alone; the inertia that
+What the simulated instruments show goes through the sums of `rigs.inertia.bench` alone; the inertia that
 was put in appears only beside the result.
 """
 

@@ -1,4 +1,4 @@
-"""Mass, centre of mass and moments of racket parts, and of what they make together."""
+"""Computes mass, centre of mass and moments of racket parts, and of what they make together."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The inertia bench in Drake: pendulum, torsional pendulum, and knife-edges with scales.
+"""Simulates the bench in Drake: pendulum, torsional pendulum, and knife-edges with scales.
 
-A specimen is rigid: its pieces (`rigid_inertia.specimen_pieces`) are welded. The racket's own
+A specimen is rigid: its pieces (`rigid.specimen_pieces`) are welded. The racket's own
 throat joint would bend with the swing, which changes the moment found by the order of
 (f_pendulum / f_bending)^2, 4e-6 of it; `swing_flexible_frame` hangs that racket up to measure it.
 

@@ -1,4 +1,4 @@
-"""Single swings on the inertia bench: a history to look at, and what bending changes."""
+"""Runs single swings on the inertia bench: a history to look at, and what bending changes."""
 
 from __future__ import annotations
 

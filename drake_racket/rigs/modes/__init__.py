@@ -1,1 +1,1 @@
-"""Modal analysis of the frame."""
+"""This rig is the modal analysis of the frame."""

@@ -1,4 +1,4 @@
-"""Bending of the free, bare frame: what the hammer's ringing should show, and what it shows."""
+"""Tells what the hammer's ringing should show of the frame's bending, and what it shows."""
 
 from __future__ import annotations
 

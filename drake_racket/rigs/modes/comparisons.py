@@ -1,4 +1,4 @@
-"""How modes change: with the firmness of the grip, and of the strings with the frame's freedom.
+"""Tells how modes change: with the grip's firmness, and of the strings with the frame's freedom.
 
 *Grip.* Between a hand of no stiffness and one of endless stiffness lie the free racket and the one
 with its handle clamped. By Rayleigh's principle stiffer springs lower no frequency, so in each

@@ -1,4 +1,4 @@
-"""Modal analysis: frequencies, damping and mode shapes of a racket, and its fundamentals.
+"""Computes frequencies, damping and mode shapes of a racket, and its fundamentals.
 
 The source excited each racket, measured extreme displacements along it, and found nodes,
 antinodes and the fundamentals in and out of plane (Glynn et al. 2011, Methods and Results). Here

@@ -1,4 +1,4 @@
-"""Modes of a racket, from Drake's linearisation of it at rest.
+"""Computes the modes of a racket from Drake's linearisation of it at rest.
 
 Drake linearises the Diagram of plant and string-bed (automatic differentiation, so exact). In the
 plant's velocities v the small motion about the resting racket is

@@ -1,4 +1,4 @@
-"""Mode shapes along the racket's axis: displacements, nodes and antinodes.
+"""Computes mode shapes along the racket's axis: displacements, nodes and antinodes.
 
 Two rigid bodies on a hinge move along the axis in two straight pieces. So what the model can give:
 
