@@ -44,7 +44,7 @@ _FLAT = 1e-6  # m: a scale of 0 would leave a line without a direction
 
 
 def meshcat_page(scene: Scene) -> str:
-    """The animation as the text of a page. A server on a free port of this host is up meanwhile."""
+    """Makes the text of a page. A server on a free port of this host is up meanwhile."""
     # 0: the system chooses a port, so that any number of these may run at once
     with _without_its_address():
         meshcat = Meshcat(MeshcatParams(host="localhost", port=0, show_stats_plot=False))

@@ -60,7 +60,7 @@ def check_settings(settings: AnimationSettings, path: Path) -> None:
 
 
 def frame_count(duration: float, settings: AnimationSettings, path: Path) -> int:
-    """Number of frames for `duration` seconds of an impact.
+    """Gives the number of frames for `duration` seconds of an impact.
 
     Raises:
         InputError: there would be none, or too many.

@@ -23,7 +23,7 @@ Describe = Callable[[Progress], str]
 
 
 def new_console() -> Console:
-    """A terminal's own width; wide lines where the output is a file or a pipe."""
+    """Makes a console: a terminal's own width; wide lines where the output is a file or a pipe."""
     return Console(highlight=False, width=None if sys.stdout.isatty() else 160)
 
 

@@ -34,7 +34,7 @@ class SimulationError(RuntimeError):
 
 
 class WorkStopped(RuntimeError):
-    """Work that cannot go on, for a reason that lies not in its input; the message is one line."""
+    """The error says why work cannot go on, for a reason not in its input; it is one line."""
 
 
 def _shown(value: object, limit: int = 80) -> str:
@@ -49,7 +49,7 @@ def _shown(value: object, limit: int = 80) -> str:
 
 
 def one_line(text: str, limit: int = 500) -> str:
-    """`text` without line breaks or control characters, shortened to `limit` characters."""
+    """Gives `text` without line breaks or control characters, shortened to `limit` characters."""
     text = "".join(c if c.isprintable() else " " for c in text)
     return text if len(text) <= limit else text[: limit - 3] + "..."
 

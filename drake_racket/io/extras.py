@@ -8,7 +8,7 @@ from drake_racket.io.errors import InputError
 
 
 def has_library(module: str) -> bool:
-    """Whether an optional library can be imported."""
+    """Tells whether an optional library can be imported."""
     return find_spec(module) is not None
 
 

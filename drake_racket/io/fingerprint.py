@@ -87,7 +87,7 @@ def _files(place: Path) -> list[Path]:
 
 
 def code_of(thing: Any) -> tuple[Path, ...]:
-    """The file of a class or function of the caller's own, for `computation`.
+    """Gives the file of a class or function of the caller's own, for `computation`.
 
     Nothing for the package's own, and for what was typed in.
     """
@@ -100,7 +100,7 @@ def code_of(thing: Any) -> tuple[Path, ...]:
 
 
 def difference(old: Any, new: Any, key: str = "") -> tuple[str, Any, Any] | None:
-    """The first key (dotted) in which two trees of plain data differ, with both values."""
+    """Gives the first key (dotted) in which two trees of plain data differ, with both values."""
     if isinstance(old, dict) and isinstance(new, dict):
         for name in [*old, *(name for name in new if name not in old)]:
             if name not in old or name not in new:

@@ -43,7 +43,7 @@ Report = Callable[[Progress], None]
 
 
 def part_of(report: Report | None, before: float, total: float) -> Report:
-    """A report for one part of a task of `total` steps, of which `before` come earlier."""
+    """Gives a report for one part of a task of `total` steps, of which `before` come earlier."""
     if report is None:
         return lambda _: None
     return lambda part: report(replace(part, done=before + part.done, total=total))

@@ -120,7 +120,7 @@ def write_signal(signal: Signal, path: Path) -> None:
 
 
 def pulse_extent(signal: Signal, share: float) -> tuple[int, int]:
-    """First and last sample of the stretch around the largest value that stays above a share of it.
+    """Gives first and last sample of what stays above a share of the largest value around it.
 
     Args:
         share: of the largest value, between 0 and 1.

@@ -77,7 +77,7 @@ _Loader.add_constructor("tag:yaml.org,2002:float", _float)
 
 
 def name_or_path(given: str | os.PathLike[str], key: str) -> str:
-    """A shipped file's name or a path, as text; raises InputError where it is neither."""
+    """Gives a shipped file's name or a path, as text; raises InputError where it is neither."""
     text: object = None
     if isinstance(given, str | os.PathLike):
         text = os.fspath(given)
@@ -112,7 +112,7 @@ def _load(text: str, schema: Any, where: str) -> Any:
 
 
 def read_text(path: Path) -> str:
-    """The text of a small YAML file, UTF-8 with or without a byte order mark, or UTF-16 with one.
+    """Gives text of a small YAML file, UTF-8 with or without a byte order mark, or UTF-16 with one.
 
     Raises:
         InputError: the file cannot be read, is large, or is no such text.
@@ -139,7 +139,7 @@ def dump_text(tree: Any) -> str:
 
 
 def parse_tree(text: str, where: str) -> Any:
-    """YAML text as mappings, lists and scalars, repeated keys refused; raises InputError."""
+    """Gives YAML text as mappings, lists and scalars, repeated keys refused; raises InputError."""
     loader = None
     try:
         loader = _Loader(text)

@@ -69,7 +69,7 @@ class BedTopology:
 
 
 def grid_topology(columns: int = 3, rows: int = 3) -> BedTopology:
-    """The bed of `rows` rows of `columns` points, one object for each pair of numbers.
+    """Gives the bed of `rows` rows of `columns` points, one object for each pair of numbers.
 
     The default is that of Glynn et al. 2011.
     """
@@ -104,7 +104,7 @@ def _grid(columns: int, rows: int) -> BedTopology:
 
 
 def named_topology(names: Sequence[str]) -> BedTopology | None:
-    """The bed whose springs have these names, in this order; None if no bed has."""
+    """Gives the bed whose springs have these names, in this order; None if no bed has."""
     columns, rows = (sum(n.startswith(side) for n in names) for side in ("tip-", "left-"))
     if not (FEWEST <= columns <= MOST and FEWEST <= rows <= MOST):
         return None

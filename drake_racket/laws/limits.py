@@ -33,13 +33,13 @@ def limit_torques(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, dampin
 
 
 def limit_energies(q: Any, lower: Any, upper: Any, stiffness: Any) -> Any:
-    """Energy (J) that each joint's limits hold."""
+    """Gives the energy (J) that each joint's limits hold."""
     below, above = _beyond(q, lower, upper)
     return 0.5 * stiffness * (below * below + above * above)
 
 
 def limit_losses(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, damping: Any) -> Any:
-    """Power (W) lost at each joint's limits: what the torque takes less what the spring gains."""
+    """Gives power (W) lost at each joint's limits: what the torque takes, less the spring's."""
     below, above = _beyond(q, lower, upper)
     torque = limit_torques(q, v, lower, upper, stiffness, damping)
     return -torque * v - stiffness * (above - below) * v

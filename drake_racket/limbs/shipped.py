@@ -14,7 +14,7 @@ from drake_racket.plant.sdf import ball_sdf, racket_sdf
 
 
 def shipped_models() -> dict[str, str]:
-    """File name -> text of the models under sdf/.
+    """Gives the file name -> text of the models under sdf/.
 
     A racket has one frame and one grid whatever its tension, so it has one model. The upper limb
     has a right and a left one.

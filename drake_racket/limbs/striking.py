@@ -134,7 +134,7 @@ class StrikingLimb:
 
 @contextlib.contextmanager
 def limits_are_ours(limb: StrikingLimb | None) -> Iterator[None]:
-    """Without Drake's warning that a continuous plant has no joint limits, where `limits` are.
+    """Silences Drake's warning that a continuous plant has no joint limits, where `limits` are.
 
     Drake gives it when reactions are first evaluated. Without `limits` it is true, and is left.
     """

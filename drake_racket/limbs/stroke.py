@@ -39,7 +39,7 @@ _ANGULAR_JOINTS = ("revolute", "universal", "ball_rpy")
 
 @dataclass(frozen=True)
 class StrokeState:
-    """The limb's state for a stroke; see `apply_stroke`.
+    """Holds the limb's state for a stroke; see `apply_stroke`.
 
     Attributes:
         names: (n,) of the limb's position coordinates, joint names where a joint has one.
@@ -153,7 +153,7 @@ def apply_stroke(
 
 
 def coordinate_names(limb: Limb) -> tuple[str, ...]:
-    """(n,) names of the limb's position coordinates: joint names where a joint has one.
+    """Gives (n,) names of the limb's position coordinates: joint names where a joint has one.
 
     Raises:
         InputError: a joint of the limb whose positions are not angles or lengths.
@@ -168,7 +168,7 @@ def coordinate_names(limb: Limb) -> tuple[str, ...]:
 
 
 def racket_joints(limb: Limb, racket: ModelInstanceIndex) -> list[Joint]:
-    """The racket's joints, and the one that holds it, unless it is the limb's or leaves it free."""
+    """Lists the racket's joints, and the one that holds it unless it is the limb's."""
     plant, own = limb.plant, {joint.index() for joint in limb.joints}
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     return [

@@ -104,7 +104,7 @@ def add_upper_limb(
 
 
 def find_upper_limb(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Limb:
-    """Handles to an upper limb that the user's own parser has added (from sdf/, say).
+    """Gives handles to an upper limb that the user's own parser has added (from sdf/, say).
 
     Raises:
         InputError: the model instance is not an upper limb of this package.

@@ -35,7 +35,9 @@ class FrameJoint:
 
 
 def bushing_constants(joints: Sequence[FrameJoint]) -> tuple[list[float], list[float]]:
-    """Torque stiffness (N m/rad) and damping (N m s/rad) in roll, pitch and yaw; 0 without a joint.
+    """Gives torque stiffness (N m/rad) and damping (N m s/rad) in roll, pitch and yaw.
+
+    0 without a joint.
 
     Roll, pitch and yaw are the joints' angles if the joints turn about z, then y, then x.
     """

@@ -38,7 +38,7 @@ JOINTS = (
 
 @dataclass(frozen=True)
 class Subject(Schema):
-    """Whose limb it is."""
+    """The subject is whose limb it is."""
 
     mass: Annotated[Quantity, Of("kg")]
     height: Annotated[Quantity, Of("m")]
@@ -46,7 +46,7 @@ class Subject(Schema):
 
 @dataclass(frozen=True)
 class Segment(Schema):
-    """One rigid segment, from its proximal to its distal joint centre."""
+    """Holds one rigid segment, from its proximal to its distal joint centre."""
 
     length: Annotated[Quantity, Of("m")]
     mass_fraction: Annotated[Quantity, Of("1")]  # of the body's mass
@@ -60,7 +60,7 @@ class Segment(Schema):
 
 @dataclass(frozen=True)
 class GripPlace(Schema):
-    """Where the racket's grip frame lies in the fist."""
+    """Says where the racket's grip frame lies in the fist."""
 
     distal: Annotated[Quantity, Of("m")]  # from the wrist along the hand
     palmar: Annotated[Quantity, Of("m", sign="non-negative")]  # from there out of the palm
@@ -69,7 +69,7 @@ class GripPlace(Schema):
 
 @dataclass(frozen=True)
 class JointParameters(Schema):
-    """One joint: its range of motion, its damping, and the stiffness of the range's ends."""
+    """Holds one joint: its range of motion, its damping, and the stiffness of the range's ends."""
 
     lower: Annotated[Quantity, Of("rad", sign="any")]
     upper: Annotated[Quantity, Of("rad", sign="any")]
@@ -79,7 +79,7 @@ class JointParameters(Schema):
 
 @dataclass(frozen=True)
 class JointSet(Schema):
-    """The seven joints."""
+    """Holds the seven joints."""
 
     shoulder_abduction: JointParameters
     shoulder_flexion: JointParameters

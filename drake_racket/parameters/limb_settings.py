@@ -1,4 +1,4 @@
-"""This part of a scenario says which limb holds the racket, and in which stroke."""
+"""Limb settings say, in a scenario, which limb holds the racket, and in which stroke."""
 
 from __future__ import annotations
 

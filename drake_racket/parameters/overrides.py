@@ -79,7 +79,7 @@ def parameter_keys(
 
 
 def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = "overrides") -> P:
-    """A checked copy of a racket's, ball's or grip's parameters with the numbers of its keys.
+    """Gives a checked copy of a racket's, ball's or grip's parameters with the numbers of its keys.
 
     Keys with another first word than theirs (racket, ball, grip) are left alone. The numbers'
     status becomes `inferred`, and their source tells what the file has.

@@ -96,7 +96,7 @@ Sourced = Quantity | Quantities | Choice | Assignment
 
 
 class Of(After):
-    """The rule of a Quantity or of Quantities: its unit and sign, and how many at least.
+    """Holds the rule of a Quantity or of Quantities: its unit and sign, and how many at least.
 
     Args:
         unit: as the file must write it.
@@ -124,7 +124,7 @@ class Of(After):
 
 
 class Named(After):
-    """The rule of a Choice: one of some names."""
+    """Holds the rule of a Choice: one of some names."""
 
     def __init__(self, *names: str) -> None:
         super().__init__(self._check)
@@ -137,7 +137,7 @@ class Named(After):
 
 
 def sourced_fields(parameters: object, path: str = "") -> Iterator[tuple[str, Sourced]]:
-    """All sourced values below a parameter dataclass, depth first, with their dotted keys."""
+    """Gives all sourced values below a parameter dataclass, depth first, with their dotted keys."""
     for item in dataclasses.fields(typing.cast(Any, parameters)):
         value = getattr(parameters, item.name)
         key = f"{path}.{item.name}" if path else item.name

@@ -27,7 +27,7 @@ _STEEPEST = 89.0  # degrees; at 90 the heading of the face, or of the racket, is
 
 
 def face_rotation(closed: float, azimuth: float, tip_elevation: float, tip_side: str) -> Vector:
-    """R_WC (3, 3) of a face, angles in rad.
+    """Gives R_WC (3, 3) of a face, angles in rad.
 
     The face's horizontal axis h points to the left as one looks along the normal n, and its upward
     axis is u = n x h; the long axis is +-cos(r) h + sin(r) u with sin(r) = sin(tip_elevation) /
@@ -50,7 +50,7 @@ def face_rotation(closed: float, azimuth: float, tip_elevation: float, tip_side:
 
 
 def face_angles(R_WC: Vector) -> Vector:
-    """Closed, azimuth and tip elevation (rad) of a face; the inverse of `face_rotation`."""
+    """Gives closed, azimuth and tip elevation (rad) of a face: the inverse of `face_rotation`."""
     axis, normal = R_WC[:, 0], R_WC[:, 2]
     return np.array(
         [
@@ -63,7 +63,7 @@ def face_angles(R_WC: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class PoseTarget:
-    """Where C should be; NaN is free.
+    """Says where C should be; NaN is free.
 
     Attributes:
         position: (3,) p_WoCo_W (m).
@@ -78,7 +78,7 @@ class PoseTarget:
     tip_side: str = "right"
 
     def rotation(self) -> Vector | None:
-        """R_WC where all angles are given, else None."""
+        """Gives R_WC where all angles are given, else None."""
         if np.isnan(self.angles).any():
             return None
         closed, azimuth, tip_elevation = self.angles

@@ -220,7 +220,7 @@ def contact_model(
     friction_reading: str,
     reaction_point: str,
 ) -> ContactModel:
-    """The numbers of the parameter files, for the BallContact system."""
+    """Gives the numbers of the parameter files, for the BallContact system."""
     bed = racket.string_bed
     return ContactModel(
         ball=ball_law(ball),

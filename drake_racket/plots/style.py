@@ -31,7 +31,7 @@ def tidy(axes: Any) -> None:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure (inches) that needs no display."""
+    """Draws a figure (inches) that needs no display."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")

@@ -24,7 +24,7 @@ def balance(
     held: bool,
     limb: StrikingLimb | None = None,
 ) -> Balance:
-    """The balance of one racket and one ball at the state of `root`.
+    """Gives the balance of one racket and one ball at the state of `root`.
 
     Args:
         impact: of the racket and the ball.

@@ -43,7 +43,7 @@ ANGLE_READINGS = ("from_normal", "from_plane")
 
 
 def head_clamped_scenario() -> Scenario:
-    """The base case of the rig: started just before touch, ended after every release."""
+    """Gives the base case of the rig: started just before touch, ended after every release."""
     return Scenario(support="clamped_head", audit=False, approach_time=1e-4, after=0.0095)
 
 
@@ -78,7 +78,7 @@ def normal_impacts(
 
 
 def stroke_axis(stroke: str, reading: str) -> dict[str, float]:
-    """The scenario's speed, incidence (from the normal) and azimuth of a stroke condition.
+    """Gives the scenario's speed, incidence (from the normal) and azimuth of a stroke condition.
 
     Raises:
         InputError: unknown stroke or reading.

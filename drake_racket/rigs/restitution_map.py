@@ -31,7 +31,7 @@ SPEED = 25.0
 
 
 def moving_racket_scenario() -> Scenario:
-    """The base case: 25 m/s, and three periods of bending after the ball has left."""
+    """Gives the base case: 25 m/s, and three periods of bending after the ball has left."""
     return Scenario(speed=SPEED, approach_time=1e-4, after=0.03, audit=False)
 
 
@@ -84,7 +84,7 @@ def along_axis(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """The same on the free racket, aimed along its long axis.
+    """Gives the same on the free racket, aimed along its long axis.
 
     Args:
         offsets: from the string-bed centre towards the tip (m). The ball meets the nearest string

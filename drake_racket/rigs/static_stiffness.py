@@ -54,7 +54,7 @@ def tangent_stiffness(
 
 
 def static_deflection(racket: RacketParameters, point: int, force: float) -> NDArray[np.float64]:
-    """Deflections (m) along the head's z, (n,), under `force` (N) along -z at `point`.
+    """Gives the deflections (m) along the head's z, (n,), under `force` (N) along -z at `point`.
 
     Raises:
         InputError: unknown point, or a force that is not 0 to 20 kN.

@@ -38,7 +38,7 @@ _NUMBERS_AS_TEXT = {"tension": "N", "point": ""}  # a text that may be a number,
 
 @dataclass(frozen=True)
 class Column:
-    """The values of one key along an axis; with `relative` they are factors."""
+    """Holds the values of one key along an axis; with `relative` they are factors."""
 
     key: Key
     values: tuple[Value, ...]
@@ -48,7 +48,7 @@ class Column:
 
 @dataclass(frozen=True)
 class SweepAxis:
-    """One dimension of a sweep.
+    """Holds one dimension of a sweep.
 
     Attributes:
         name: of the dimension.

@@ -40,7 +40,7 @@ OWN_VARIABLES = ("status", "failure", "scenario_hash", "sweep")
 
 
 def make_dataset(sweep: Sweep, store: StoreReader) -> xarray.Dataset:
-    """What the store has, over the axes of the sweep.
+    """Tells what the store has, over the axes of the sweep.
 
     Returns:
         A Dataset with the outputs (NaN where a case failed or has not run), `status` (0 done,
@@ -165,7 +165,7 @@ def flat(dataset: xarray.Dataset) -> xarray.Dataset:
 
 
 def result_paths(directory: Path) -> list[Path]:
-    """The files that `write_results` writes; Parquet if pyarrow is installed."""
+    """Gives the files that `write_results` writes; Parquet if pyarrow is installed."""
     names = ["results.nc", "results.csv", "sweep.json"]
     if has_library("pyarrow"):
         names.append("results.parquet")

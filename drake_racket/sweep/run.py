@@ -210,7 +210,7 @@ def _is_finished(case: int, finished: dict[int, bool], sweep: Sweep, out: Path |
 
 
 def history_paths(case: int, sweep: Sweep, out: Path) -> list[Path]:
-    """Where a case's time history is, or would be."""
+    """Tells where a case's time history is, or would be."""
     return [out / "histories" / f"case_{case:06d}.{suffix}" for suffix in sweep.history_formats]
 
 

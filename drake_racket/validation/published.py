@@ -36,7 +36,7 @@ class PublishedValue(Schema):
 
 @dataclass(frozen=True)
 class PublishedValues(Schema):
-    """The whole file."""
+    """Holds the whole file."""
 
     entries: tuple[PublishedValue, ...]
 

@@ -1,1 +1,1 @@
-"""This engine runs head-clamped impacts, many at once, with exact derivatives."""
+"""The clamped engine runs head-clamped impacts, many at once, with exact derivatives."""

@@ -41,7 +41,7 @@ _SAME_PLACE = 1e-6  # m; joints nearer than this, at both ends of a run, are one
 
 @dataclass(frozen=True)
 class Parts:
-    """Handles to what takes part in an impact: as in `ImpactDiagram`, or a user's own."""
+    """Holds handles to what takes part in an impact: as in `ImpactDiagram`, or a user's own."""
 
     impact: Impact
     meter: Any | None = None
@@ -51,7 +51,7 @@ class Parts:
 
     @property
     def plant(self) -> MultibodyPlant:
-        """The plant that holds them."""
+        """Gives the plant that holds them."""
         return self.impact.racket.plant
 
 
@@ -96,7 +96,7 @@ def mechanism_of(
 
 
 def landmark_place(mechanism: Mechanism, name: str) -> Place:
-    """The place of one of a mechanism's landmarks."""
+    """Gives the place of one of a mechanism's landmarks."""
     return mechanism.places[_key(name)]
 
 

@@ -35,7 +35,7 @@ ROUNDING = 1e-5  # of the value: data without noise scatter by less
 
 @dataclass(frozen=True)
 class BallFit:
-    """kb and cb over speed.
+    """Holds kb and cb over speed.
 
     Attributes:
         groups: one fit per speed, from the slowest.
@@ -54,11 +54,11 @@ class BallFit:
 
     @property
     def rms(self) -> float:
-        """N, of the force over all fitted samples."""
+        """Gives the root mean square in N, of the force over all fitted samples."""
         return float(np.sqrt(np.mean(np.concatenate([g.residuals for g in self.groups]) ** 2)))
 
     def fields(self) -> dict[str, Estimate]:
-        """The fields of a ball's parameter file, by name.
+        """Gives the fields of a ball's parameter file, by name.
 
         `speed_low`, `speed_high`, `stiffness_low`, `stiffness_growth`, `damping_low` and
         `damping_growth`; without the growths, and of the one speed, if there is one only. The
@@ -84,7 +84,10 @@ class BallFit:
         return found
 
     def to_dataset(self) -> xarray.Dataset:
-        """Per speed: estimates, standard errors, restitution and RMS; lines and intervals too."""
+        """Labels by speed: estimates, standard errors, restitution and RMS.
+
+        Lines and intervals too.
+        """
         import xarray as xr
 
         rows = np.array([_row(group) for group in self.groups]).T

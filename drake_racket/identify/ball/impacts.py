@@ -62,7 +62,7 @@ def check_mass(mass: float, key: str) -> None:
 
 @dataclass(frozen=True)
 class Contact:
-    """The samples of a record that are surely in contact.
+    """Holds the samples of a record that are surely in contact.
 
     Attributes:
         samples: of the record; the first of the pulse is left out, in which touch may fall.
@@ -86,7 +86,7 @@ class Contact:
 
 
 def find_contact(impact: BallImpact, mass: float) -> Contact:
-    """The contact in a record.
+    """Gives the contact in a record.
 
     Args:
         mass: kg, of the ball.
@@ -122,7 +122,7 @@ def find_contact(impact: BallImpact, mass: float) -> Contact:
 
 
 def resting_offset(quiet: NDArray[np.float64]) -> float:
-    """Mean of the samples before anything happens; 0 where noise explains it, or below 20."""
+    """Gives mean of the samples before anything happens; 0 where noise explains it, or below 20."""
     if len(quiet) < 20:
         return 0.0
     mean = float(quiet.mean())

@@ -27,7 +27,7 @@ SERIES_BELOW = 0.05
 def plate_force(
     time: Array, *, mass: float, stiffness: float, damping: float, speed: float
 ) -> tuple[Array, Array]:
-    """Force (N) and its derivatives, without the end of contact.
+    """Gives the force (N) and its derivatives, without the end of contact.
 
     Args:
         time: (n,) s from touch; negative times continue the formula backwards.

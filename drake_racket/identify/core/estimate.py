@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value, its standard error and 95 % interval."""
+    """An estimate is a value, its standard error and its 95 % interval."""
 
     value: float
     standard_error: float

@@ -29,7 +29,7 @@ _EVALUATIONS = 200
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A likelihood profile: one parameter held at values, the others fitted.
+    """Holds a likelihood profile: one parameter held at values, the others fitted.
 
     Attributes:
         parameter: the one that is held.
@@ -100,7 +100,7 @@ def profile(
 def profile_interval(
     problem: Problem, result: FitResult, name: str, *, confidence: float = CONFIDENCE
 ) -> tuple[float, float]:
-    """Confidence interval from the likelihood profile.
+    """Gives the confidence interval from the likelihood profile.
 
     An end is infinite where the profile stays below the threshold as far as the bound: within the
     bounds the data set no limit on that side.

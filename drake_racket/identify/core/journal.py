@@ -37,7 +37,7 @@ _SCHEMA = (
 
 
 def journal_header(problem: Problem, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """What a journal must agree on with the run that reads it."""
+    """Tells what a journal must agree on with the run that reads it."""
     sigma = b"" if problem.sigma is None else np.asarray(problem.sigma, "<f8").tobytes()
     return {
         "problem": problem.fingerprint(),
@@ -52,7 +52,7 @@ def journal_header(problem: Problem, settings: Mapping[str, Any]) -> dict[str, A
 
 
 class Journal:
-    """Values by the order in which they are asked for, on file or (path None) not kept.
+    """Holds the values by the order in which they are asked for, on file or (path None) not kept.
 
     Raises:
         OtherComputation: the file is another run's journal.
@@ -97,7 +97,7 @@ class Journal:
             store.close()
 
     def value(self, kind: str, x: Array, compute: Callable[[], Array]) -> Array:
-        """The values of this kind at x: from the journal, or computed and recorded.
+        """Gives the values of this kind at x: from the journal, or computed and recorded.
 
         Raises:
             InputError: the journal's next record is of another point.

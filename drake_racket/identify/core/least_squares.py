@@ -84,17 +84,17 @@ def fit(
 
 @dataclass(frozen=True, kw_only=True)
 class Descent(Start):
-    """Least squares from one start."""
+    """Descends by least squares from one start."""
 
     tolerance: float
     max_evaluations: int
 
     def settings(self) -> dict[str, Any]:
-        """The stopping rule; a journal serves any number of evaluations."""
+        """Gives the stopping rule; a journal serves any number of evaluations."""
         return {"method": "least squares", "tolerance": self.tolerance}
 
     def run(self, report: Tell) -> StartOutcome:
-        """To the minimum, or as far as the evaluations go."""
+        """Descends to the minimum, or as far as the evaluations go."""
         with self.open_journal() as journal:
             evaluator = Evaluator(
                 self.problem, journal, lambda n, rms: report(n / self.max_evaluations, rms)

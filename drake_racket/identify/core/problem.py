@@ -46,7 +46,7 @@ class Parameter:
 
 
 class Problem(Protocol):
-    """A model beside measurements: m measured values, n parameters.
+    """Holds a model beside measurements: m measured values, n parameters.
 
     A problem may also have `residual_unit: str`, the measured quantity's unit. With several
     workers it must pickle. Where the model has no solution, `residuals` returns nan.
@@ -67,15 +67,15 @@ class Problem(Protocol):
     def title(self) -> str: ...  # noqa: D102
 
     def residuals(self, x: Array) -> Array:
-        """Model minus measured, (m,), in the measured quantity's unit."""
+        """Gives the model minus measured, (m,), in the measured quantity's unit."""
         ...
 
     def jacobian(self, x: Array) -> Array:
-        """Derivatives of the residuals by the parameters, (m, n), exact."""
+        """Gives the derivatives of the residuals by the parameters, (m, n), exact."""
         ...
 
     def fingerprint(self) -> str:
-        """Hash of data and settings: a journal of another problem is refused."""
+        """Gives the hash of data and settings: a journal of another problem is refused."""
         ...
 
 
@@ -94,20 +94,20 @@ class Scale:
         self._decades = np.log(high / low)
 
     def to_unit(self, x: Array) -> Array:
-        """(n,) parameters as numbers between 0 and 1."""
+        """Gives (n,) parameters as numbers between 0 and 1."""
         linear = (x - self.lower) / (self.upper - self.lower)
         low, value = (np.where(self._log, b, 1.0) for b in (self.lower, x))
         log = np.log(value / low) / np.where(self._log, self._decades, 1.0)
         return np.clip(np.where(self._log, log, linear), 0.0, 1.0)
 
     def from_unit(self, u: Array) -> Array:
-        """(n,) parameters of the numbers between 0 and 1."""
+        """Gives (n,) parameters of the numbers between 0 and 1."""
         linear = self.lower + u * (self.upper - self.lower)
         log = self.lower * np.exp(u * self._decades)
         return np.clip(np.where(self._log, log, linear), self.lower, self.upper)
 
     def slope(self, x: Array) -> Array:
-        """(n,) dx/du at the parameters x."""
+        """Gives (n,) dx/du at the parameters x."""
         return np.where(self._log, x * self._decades, self.upper - self.lower)
 
 

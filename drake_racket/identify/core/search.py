@@ -108,7 +108,7 @@ def _search(
 def estimates(
     result: FitResult, intervals: Sequence[tuple[float, float]] | None = None
 ) -> dict[str, Estimate]:
-    """The result's parameters by name, with other intervals in place of its own if given."""
+    """Gives the result's parameters by name, with other intervals in place of its own if given."""
     own = result.confidence_intervals if intervals is None else np.array(intervals)
     return {
         p.name: Estimate(
@@ -122,13 +122,13 @@ def estimates(
 
 
 def short_title(racket: RacketParameters, names: Sequence[str]) -> str:
-    """The racket's name and what is fitted, short enough for a figure."""
+    """Gives the racket's name and what is fitted, short enough for a figure."""
     what = ", ".join(names) if len(names) <= 4 else f"{names[0]} to {names[-1]}"
     return f"{racket.name}: {what}"
 
 
 def unit_text(unit: str) -> str:
-    """A unit as it follows a number; nothing for pure numbers."""
+    """Gives a unit as it follows a number; nothing for pure numbers."""
     return "" if unit == "1" else f" {unit}"
 
 
@@ -139,7 +139,7 @@ def determined(estimate: Estimate) -> bool:
 
 
 def loose(found: Mapping[str, Estimate]) -> list[str]:
-    """One line for each parameter that is fitted but not determined."""
+    """Gives one line for each parameter that is fitted but not determined."""
     lines = []
     for name, estimate in found.items():
         if determined(estimate):
@@ -159,7 +159,7 @@ def fingerprint(
     arrays: Sequence[NDArray[np.generic] | None],
     settings: str,
 ) -> str:
-    """Hash of what a fit rests on: values of racket and ball, data, settings."""
+    """Gives the hash of what a fit rests on: values of racket and ball, data, settings."""
     found = hashlib.sha256(settings.encode())
     for parameters in (racket, ball):
         values = [(key, quantity.value) for key, quantity in sourced_fields(parameters)]

@@ -28,7 +28,7 @@ def check_rates(records: Sequence[HammerRecord]) -> None:
 
 
 class DrakeDifference:
-    """Drake's rig beside the linear model, built once per length of pulse."""
+    """Holds Drake's rig beside the linear model, built once per length of pulse."""
 
     def __init__(self, racket: RacketParameters, direction: str, place: float) -> None:
         """Arguments as `rigs.make_hammer_rig`."""
@@ -43,7 +43,7 @@ class DrakeDifference:
         damping: float,
         gain: float,
     ) -> NDArray[np.float64]:
-        """Drake's acceleration less the linear model's over a record, m/s^2.
+        """Gives Drake's acceleration less the linear model's over a record, m/s^2.
 
         Args:
             stiffness: kf, N m/rad.  damping: cf, N m s/rad.

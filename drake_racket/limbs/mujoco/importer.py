@@ -39,7 +39,7 @@ from drake_racket.limbs.mujoco.tree import Tree, TreeJoint, pose, read_tree
 
 @dataclass(frozen=True)
 class ImportedLimb:
-    """A limb from MuJoCo.
+    """Holds a limb from MuJoCo.
 
     Attributes:
         limb: the handles that the rest of the package takes.
@@ -59,7 +59,7 @@ class ImportedLimb:
     tree: Tree
 
     def moving(self) -> list[tuple[TreeJoint, Joint]]:
-        """The joints with degrees of freedom, as read and as built, in order."""
+        """Gives the joints with degrees of freedom, as read and as built, in order."""
         read = {joint.name: joint for joint in self.tree.joints()}
         return [(read[name], joint) for name, joint in self.joints.items()]
 

@@ -18,7 +18,7 @@ from drake_racket.plant.systems.scalars import on_float
 
 @TemplateSystem.define("EnergyMeter_", scope=sys.modules[__name__])
 def EnergyMeter_(T: Any) -> Any:
-    """The meter as a LeafSystem on the scalar type T; `EnergyMeter` is that on float."""
+    """Gives the meter as a LeafSystem on the scalar type T; `EnergyMeter` is that on float."""
 
     class Impl(LeafSystem_[T]):
         """Integrates lost power and the contact's impulse.

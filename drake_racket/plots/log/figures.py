@@ -33,7 +33,7 @@ _NEEDED = (
 
 
 class LogFigure(NamedTuple):
-    """One figure: its file's name, how to draw it, and what a log lacks for it ('' if nothing)."""
+    """Holds one figure: its file's name, how to draw it, and what a log lacks for it."""
 
     name: str
     draw: Callable[[xarray.Dataset], Figure]

@@ -65,7 +65,7 @@ def restitution_over_speed(dataset: xarray.Dataset) -> Figure:
 
 
 def bed_maps(dataset: xarray.Dataset, name: str, *, scale: float = 1.0, title: str = "") -> Figure:
-    """A variable over (racket, another dimension, point) as numbers on the racket's outline.
+    """Draws a variable over (racket, another dimension, point) as numbers on the racket's outline.
 
     Args:
         name: the variable.  scale: what it is multiplied with for the picture.

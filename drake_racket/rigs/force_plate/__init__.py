@@ -1,1 +1,1 @@
-"""This rig shoots a ball at a force plate."""
+"""The force plate rig shoots a ball at a force plate."""

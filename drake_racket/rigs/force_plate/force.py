@@ -37,7 +37,7 @@ BEFORE, AFTER = 1e-3, 5e-3
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """A damped oscillator of given mass (kg), stiffness (N/m), damping (N s/m), speed (m/s)."""
+    """Holds a damped oscillator: mass (kg), stiffness (N/m), damping (N s/m), speed (m/s)."""
 
     mass: float
     stiffness: float
@@ -50,16 +50,16 @@ class ClosedForm:
 
     @property
     def rebound_speed(self) -> float:
-        """m/s."""
+        """Gives the rebound speed, m/s."""
         return self.restitution * self.speed
 
     @property
     def impulse(self) -> float:
-        """N s, m v (1 + restitution)."""
+        """Gives the impulse, N s: m v (1 + restitution)."""
         return self.mass * (self.speed + self.rebound_speed)
 
     def force(self, time: Any) -> NDArray[np.float64]:
-        """N at times from touch (s); 0 before touch and from release on."""
+        """Gives N at times from touch (s); 0 before touch and from release on."""
         w = math.sqrt(self.stiffness / self.mass)
         z = self.damping / (2.0 * math.sqrt(self.stiffness * self.mass))
         inside = (np.asarray(time) >= 0.0) & (np.asarray(time) < self.contact_time)
@@ -114,7 +114,7 @@ def sample_times(rate: float, before: float, after: float) -> NDArray[np.float64
 
 @dataclass(frozen=True)
 class ForceAnalysis:
-    """What a sampled force tells of one impact.
+    """Says what a sampled force tells of one impact.
 
     Attributes:
         start, end: s, where the force passes the threshold, in the signal's own time.

@@ -52,7 +52,7 @@ STEP = IntegratorSettings(maximum_step=1e-5, error_control=False)
 
 @dataclass(frozen=True)
 class PlateImpact:
-    """One impact on the plate.
+    """Holds one impact on the plate.
 
     Attributes:
         speed, rebound_speed: m/s.  kb, cb: N/m, N s/m, latched at touch.
@@ -75,13 +75,13 @@ class PlateImpact:
 
     @property
     def restitution(self) -> float:
-        """Rebound over approach speed."""
+        """Gives the rebound over approach speed."""
         return self.rebound_speed / self.speed
 
     def sampled(
         self, rate: float = PLATE_SAMPLE_RATE, *, before: float = BEFORE, after: float = AFTER
     ) -> Signal:
-        """The force as a plate records it: zero before touch (t = 0) and after release.
+        """Gives the force as a plate records it: zero before touch (t = 0) and after release.
 
         Args:
             rate: Hz.  before, after: s of the record before touch, and from touch on.
@@ -96,7 +96,7 @@ class PlateImpact:
 
 @dataclass(frozen=True)
 class ForcePlate:
-    """The rig: built once by `make_force_plate`, run at any speed and with any ball."""
+    """Holds the rig: built once by `make_force_plate`, run at any speed and with any ball."""
 
     diagram: Diagram
     plant: MultibodyPlant

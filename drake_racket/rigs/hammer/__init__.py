@@ -1,1 +1,1 @@
-"""This rig strikes a freely suspended frame with the impact hammer."""
+"""The hammer rig strikes a freely suspended frame with the impact hammer."""

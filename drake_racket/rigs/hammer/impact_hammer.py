@@ -53,7 +53,7 @@ STEP = IntegratorSettings("runge_kutta5", maximum_step=5e-5, error_control=False
 
 @dataclass(frozen=True)
 class HammerRig:
-    """The rig for one racket, direction and kind of pulse; built by `make_hammer_rig`."""
+    """Holds the rig for one racket, direction and kind of pulse; built by `make_hammer_rig`."""
 
     diagram: Diagram
     plant: MultibodyPlant

@@ -25,7 +25,7 @@ FIRST_DECREMENTS = (0.02, 0.2, 1.0)  # where the fit starts
 
 @dataclass(frozen=True)
 class Ringing:
-    """A decaying oscillation, read in three ways that agree when there is one mode.
+    """Holds a decaying oscillation, read in three ways that agree when there is one mode.
 
     Attributes:
         frequency: damped, Hz, from the times of the extrema.

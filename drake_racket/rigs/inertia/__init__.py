@@ -1,1 +1,1 @@
-"""This rig is the inertia bench: knife-edges, pendulum and table."""
+"""The inertia bench has knife-edges, a pendulum and a table."""

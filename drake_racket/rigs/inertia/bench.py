@@ -35,7 +35,7 @@ STANDARD_GRAVITY = 9.80665
 
 @dataclass(frozen=True)
 class Measured:
-    """A number and its standard deviation, in the same unit."""
+    """Holds a number and its standard deviation, in the same unit."""
 
     value: float
     sd: float = 0.0
@@ -43,7 +43,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class PendulumMoments:
-    """Moments of inertia (kg m^2) about a pendulum's pivot and about the parallel central axis."""
+    """Holds moments of inertia (kg m^2) about a pendulum's pivot and the central axis."""
 
     about_pivot: Measured
     about_com: Measured
@@ -61,7 +61,7 @@ def pendulum_moments(
     distance_sd: float = 0.0,
     mass_distance_covariance: float = 0.0,
 ) -> PendulumMoments:
-    """Moments of inertia from the period of a body that swings about a fixed horizontal axis.
+    """Gives moments of inertia from the period of a body that swings about a fixed horizontal axis.
 
         I_pivot = m g d (T / 4 K(k))^2,   k = sin(amplitude / 2),   I_com = I_pivot - m d^2
 
@@ -117,7 +117,7 @@ def torsional_moment(
     torsion_constant_sd: float = 0.0,
     empty_period_sd: float = 0.0,
 ) -> Measured:
-    """Moment of inertia (kg m^2) about the axis of a torsional pendulum.
+    """Gives the moment of inertia (kg m^2) about the axis of a torsional pendulum.
 
         I = kappa (T^2 - T_empty^2) / 4 pi^2
 
@@ -150,7 +150,7 @@ def torsional_moment(
 
 
 def torsion_constant(period: float, known_moment: float, *, empty_period: float = 0.0) -> float:
-    """Torsion constant (N m/rad) of a pendulum, from a body of known moment of inertia on it.
+    """Gives torsion constant (N m/rad) of a pendulum, from a body of known moment of inertia on it.
 
         kappa = 4 pi^2 I_known / (T^2 - T_empty^2)
 
@@ -180,7 +180,7 @@ def bifilar_moment(
     separation_sd: float = 0.0,
     length_sd: float = 0.0,
 ) -> Measured:
-    """Moment of inertia (kg m^2) about the vertical axis midway between two equal, vertical wires.
+    """Gives the moment of inertia (kg m^2) about the axis midway between two equal wires.
 
         I = m g D^2 T^2 / (16 pi^2 L)
 
@@ -221,7 +221,7 @@ def balance_point(
     mass_sd: float = 0.0,
     edge_distance_sd: float = 0.0,
 ) -> Measured:
-    """Centre of mass (m from the butt) of a body that lies level on two knife-edges.
+    """Gives the centre of mass (m from the butt) of a body that lies level on two knife-edges.
 
         x = x_fixed + (reading / m) D
 
@@ -262,7 +262,7 @@ def balance_point(
 
 @dataclass(frozen=True)
 class Weighing:
-    """Mass (kg) and centre of mass (m) from two weighings, and the covariance (kg m) of both."""
+    """Holds mass (kg) and centre of mass (m) from two weighings, and their covariance (kg m)."""
 
     mass: Measured
     com: Measured
@@ -277,7 +277,7 @@ def weigh_twice(
     reading_sd: float = 0.0,
     place_sd: float = 0.0,
 ) -> Weighing:
-    """Mass and centre of mass of a body on two knife-edges, weighed again with them exchanged.
+    """Finds mass and centre of mass on two knife-edges, weighed again with them exchanged.
 
         m = r1 + r2,   x = a + s (b - a),   s = r1 / m
         sd(m)^2 = 2 sd(r)^2
@@ -322,7 +322,7 @@ def swingweight_from_period(
     mass_sd: float = 0.0,
     balance_sd: float = 0.0,
 ) -> Measured:
-    """Swingweight (kg m^2) of a racket that swings tip down about the swingweight axis itself.
+    """Gives the swingweight (kg m^2) of a racket that swings tip down about that axis.
 
     `pendulum_moments` with the pivot at `axis`; no parallel-axis step, so an error of the balance
     counts once.

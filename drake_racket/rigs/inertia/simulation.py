@@ -61,7 +61,7 @@ LONGEST = 300.0  # s; a run ends here
 
 @dataclass(frozen=True)
 class Oscillation:
-    """A swing as an angle sensor and a gate at the rest position see it.
+    """Holds a swing as an angle sensor and a gate at the rest position see it.
 
     Attributes:
         time, angle: (n,) s and rad, at the integrator's steps.
@@ -143,7 +143,7 @@ def scale_reading(
     scale_edge: float,
     gravity: float = STANDARD_GRAVITY,
 ) -> float:
-    """What the scales show (kg) once a specimen has come to rest on two knife-edges.
+    """Tells what the scales show (kg) once a specimen has come to rest on two knife-edges.
 
     The fixed edge is a hinge about y, the scales are a stiff damped spring under the other edge.
 
@@ -197,7 +197,7 @@ def swing_flexible_frame(
     oscillations: int = 3,
     gravity: float = STANDARD_GRAVITY,
 ) -> Oscillation:
-    """As `swing`, with the bare frame of the impact model, which bends at the throat joint.
+    """Swings as `swing` does, with the bare frame of the impact model, which bends.
 
     It is let go unbent; the ringing that this starts is gone when the timing begins.
 

@@ -1,1 +1,1 @@
-"""This rig is the modal analysis of the frame."""
+"""The modal analysis finds the frame's frequencies, damping and shapes."""

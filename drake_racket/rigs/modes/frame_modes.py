@@ -47,7 +47,10 @@ if TYPE_CHECKING:
 
 
 def published_fundamentals(racket: str) -> tuple[float, float]:
-    """Frequencies (Hz) in and out of plane (Glynn et al. 2011, Results); nan for other rackets."""
+    """Gives the frequencies (Hz) in and out of plane (Glynn et al.
+
+    2011, Results); nan for other rackets.
+    """
     return {"tour": (158.0, 132.0), "recreational": (178.0, 150.0)}.get(racket, (np.nan, np.nan))
 
 
@@ -124,7 +127,7 @@ def modes_dataset(
 
 
 def modes_grip(support: str, grip: GripStiffness | None) -> str:
-    """Name of the grip for a Dataset's attributes."""
+    """Gives the name of the grip for a Dataset's attributes."""
     return "none" if support != "grip" else "normal" if grip is None else grip.name
 
 
@@ -206,7 +209,7 @@ def _landmark_variables(
 
 
 def string_variables(strings: NDArray[np.float64], bed: BedTopology) -> dict[str, Any]:
-    """String deflections (n, points) and how symmetric they are, for a Dataset over `mode`."""
+    """Gives string deflections (n, points) and how symmetric they are, over `mode`."""
     places = bed.places.tolist()
     across = [places.index([x, -y]) for x, y in places]
     along = [places.index([-x, y]) for x, y in places]
@@ -248,7 +251,7 @@ def _published_variables(modes: Modes, racket: str) -> dict[str, Any]:
 
 
 def labelled(dims: str | tuple[str, ...], values: Any, units: str, long_name: str) -> Any:
-    """A variable of a Dataset with the attributes that every one carries."""
+    """Gives a variable of a Dataset with the attributes that every one carries."""
     return dims, values, {"units": units, "long_name": long_name}
 
 
@@ -261,7 +264,7 @@ def fundamentals_table(
     tension: str = "low",
     grip: GripStiffness | None = None,
 ) -> xarray.Dataset:
-    """The bending mode in each plane, of rackets on supports.
+    """Gives the bending mode in each plane, of rackets on supports.
 
     The bending mode is the one with the largest share of its strain energy in that joint spring.
 

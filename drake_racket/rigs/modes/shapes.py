@@ -41,7 +41,7 @@ def check_samples(samples: int) -> None:
 
 @dataclass(frozen=True)
 class Shapes:
-    """Normalised displacements of n modes: the largest of all that are listed here is +1.
+    """Holds the normalised displacements of n modes: the largest of all that are listed here is +1.
 
     Those are the axis's (along y and z), the rim's sides (along z) and the strings' (along the
     head's z, from the head). Units: per unit of the largest displacement (m/m; roll in rad/m).
@@ -60,25 +60,25 @@ class Shapes:
     tip: float  # m from the butt
 
     def along_axis(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacement (n, 2, len(x)) along y and z at `x` (m from the butt)."""
+        """Gives the displacement (n, 2, len(x)) along y and z at `x` (m from the butt)."""
         at = [0.0, self.throat, self.tip]
         lines = [[np.interp(x, at, corners) for corners in mode] for mode in self.corners]
         return np.array(lines).reshape(len(self.corners), 2, len(x))
 
     def plane(self, mode: int) -> str | None:
-        """The plane in which the axis of a mode moves; None if it does not (roll, say)."""
+        """Gives the plane in which the axis of a mode moves; None if it does not (roll, say)."""
         size = np.max(np.abs(self.corners[mode]), axis=1)
         return PLANES[int(np.argmax(size))] if np.max(size) > _STILL else None
 
     def frame_motion(self) -> NDArray[np.float64]:
-        """(n,) largest displacement of the frame, over the largest deflection of the strings."""
+        """Gives (n,) largest displacement of the frame over that of the strings."""
         frame = np.max(np.abs(self.corners), axis=(1, 2))
         motion: NDArray[np.float64] = frame / np.max(np.abs(self.strings), axis=1)
         return motion
 
 
 def mode_shapes(modes: Modes) -> Shapes:
-    """Displacements of all modes, from the plant's Jacobians."""
+    """Gives the displacements of all modes, from the plant's Jacobians."""
     system = modes.system
     racket, parameters = system.racket, system.racket.parameters
     throat, head_length = parameters.handle.length.value, parameters.head.length.value
@@ -137,7 +137,10 @@ def _largest(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Nodes on handle and head and the antinode between them, m from the butt; nan for none."""
+    """Holds the nodes on handle and head and the antinode between them, m from the butt.
+
+    nan for none.
+    """
 
     nodes: tuple[float, float]
     antinode: float
@@ -147,7 +150,7 @@ NO_LANDMARKS = Landmarks((np.nan, np.nan), np.nan)
 
 
 def exact_landmarks(corners: NDArray[np.float64], throat: float, tip: float) -> Landmarks:
-    """Zeros of the two straight pieces, and the hinge if it lies between two nodes.
+    """Gives the zeros of the two straight pieces, and the hinge if it lies between two nodes.
 
     A body that does not move, or has no zero within its length, has no node.
 
@@ -167,13 +170,13 @@ def exact_landmarks(corners: NDArray[np.float64], throat: float, tip: float) -> 
 
 
 def quadratic_fit(x: NDArray[np.float64], displacement: NDArray[np.float64]) -> Polynomial:
-    """The quadratic of least squares through displacements at `x` (m)."""
+    """Gives the quadratic of least squares through displacements at `x` (m)."""
     fit: Polynomial = Polynomial.fit(x, displacement, 2)
     return fit
 
 
 def regression_landmarks(fit: Polynomial, tip: float) -> Landmarks:
-    """Zeros and vertex of the fitted quadratic; none unless both zeros are on the racket."""
+    """Gives zeros and vertex of the fitted quadratic; none unless both zeros are on the racket."""
     zeros = fit.roots()
     if len(zeros) < 2 or np.any(zeros.imag != 0.0):
         return NO_LANDMARKS
@@ -184,7 +187,7 @@ def regression_landmarks(fit: Polynomial, tip: float) -> Landmarks:
 
 
 def sample_points(parameters: RacketParameters, samples: int = SAMPLES) -> NDArray[np.float64]:
-    """Places (m from the butt) whose displacement the regression takes: even, butt to tip."""
+    """Gives places (m from the butt) whose displacement the regression takes: even, butt to tip."""
     check_samples(samples)
     length = parameters.handle.length.value + parameters.head.length.value
     return np.linspace(0.0, length, samples)
