@@ -47,10 +47,7 @@ if TYPE_CHECKING:
 
 
 def published_fundamentals(racket: str) -> tuple[float, float]:
-    """Gives the frequencies (Hz) in and out of plane (Glynn et al.
-
-    2011, Results); nan for other rackets.
-    """
+    """Gives published frequencies (Hz) in and out of plane; nan for other rackets."""
     return {"tour": (158.0, 132.0), "recreational": (178.0, 150.0)}.get(racket, (np.nan, np.nan))
 
 
