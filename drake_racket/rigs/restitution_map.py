@@ -84,7 +84,7 @@ def along_axis(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """Gives the same on the free racket, aimed along its long axis.
+    """Runs impacts on the free racket, aimed along its long axis.
 
     Args:
         offsets: from the string-bed centre towards the tip (m). The ball meets the nearest string

@@ -40,7 +40,7 @@ OWN_VARIABLES = ("status", "failure", "scenario_hash", "sweep")
 
 
 def make_dataset(sweep: Sweep, store: StoreReader) -> xarray.Dataset:
-    """Tells what the store has, over the axes of the sweep.
+    """Labels what the store has, over the axes of the sweep.
 
     Returns:
         A Dataset with the outputs (NaN where a case failed or has not run), `status` (0 done,

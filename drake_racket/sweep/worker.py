@@ -41,7 +41,7 @@ class DifferentWorker(InputError):
 
 @dataclass(frozen=True)
 class CaseSettings:
-    """Says what all cases of a sweep share.
+    """Holds what all cases of a sweep share.
 
     Attributes:
         outputs: what to read.
@@ -80,7 +80,7 @@ class CaseTask:
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """Says what one case gave.
+    """Holds what one case gave.
 
     Attributes:
         case: its number.

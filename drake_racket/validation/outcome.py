@@ -39,7 +39,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class SectionResult:
-    """Says what a section computes.
+    """Holds what a section computes.
 
     Attributes:
         values: key of the published entry -> the model's value.

@@ -41,7 +41,7 @@ ROUNDING = 1e-9  # of the peak: no noise at all
 
 @dataclass(frozen=True)
 class SpeedFit:
-    """Says what the impacts at one speed tell.
+    """Holds what the impacts at one speed tell.
 
     Attributes:
         impacts, contacts, masses: the data, in the order of the table.

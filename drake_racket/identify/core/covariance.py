@@ -28,7 +28,7 @@ are this small beside what the parameters change between their bounds: data with
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """Says what the Jacobian at the minimum says.
+    """Holds what the Jacobian at the minimum says.
 
     Attributes:
         covariance: (n, n); inf on the diagonal and nan beside it where not determined.

@@ -24,7 +24,7 @@ def frame_warnings(
     passes: NDArray[np.float64],
     through_drake: bool,
 ) -> list[str]:
-    """Warns in one line each.
+    """Lists what to doubt in a fit of the frame, one line each.
 
     Args:
         passes: (k, 2) kf and cf of the linear fit and after each pass through Drake.

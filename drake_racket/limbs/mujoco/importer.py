@@ -64,7 +64,7 @@ class ImportedLimb:
         return [(read[name], joint) for name, joint in self.joints.items()]
 
     def positions(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The limb's positions (n_q), in the order of `limb.position_indices()`, from qpos (nq)."""
+        """Gives the limb's positions (n_q), as `limb.position_indices()` orders them, of qpos."""
         model = self.tree.model
         parts = []
         for read, _ in self.moving():
