@@ -99,6 +99,7 @@ from .plots.log.impact import impact_figure as impact_figure
 from .pool import check_workers as check_workers
 from .pool import leave_if_imported_again as leave_if_imported_again
 from .results.audit import balance as balance
+from .results.formats import racket_of as racket_of
 from .results.formats import read_history as read_history
 from .results.formats import write_history as write_history
 from .results.history import after_release as after_release

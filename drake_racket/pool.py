@@ -35,7 +35,7 @@ _MAIN_AGAIN = 86  # exit status of a process that was to run the whole script an
 
 
 class PoolError(WorkStopped):
-    """Work that its processes cannot do; the message is one line."""
+    """The error says why processes cannot do their work, in one line."""
 
 
 def check_workers(workers: int, key: str = "workers") -> None:

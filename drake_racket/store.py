@@ -35,7 +35,7 @@ CHECKPOINT_EVERY = 1.0
 
 
 class StoreError(WorkStopped, OSError):
-    """A store that can no longer be read or written; what was written before is kept."""
+    """The store can no longer be read or written; what was written before is kept."""
 
     def __init__(self, path: Path | None, error: Exception) -> None:
         reason = one_line(getattr(error, "strerror", None) or str(error), 200)
@@ -44,11 +44,11 @@ class StoreError(WorkStopped, OSError):
 
 
 class OtherComputation(InputError):
-    """A store that has results of another computation."""
+    """The store has results of another computation."""
 
 
 class StoreReader:
-    """A store to read from, also while another process writes it.
+    """Holds a store to read from, also while another process writes it.
 
     Raises:
         InputError: there is no such store, or the file is none; naming `key`.
@@ -73,7 +73,7 @@ class StoreReader:
         return {key: json.loads(value) for key, value in found}
 
     def read(self, query: str, values: Sequence[Any] = ()) -> Iterator[tuple[Any, ...]]:
-        """The rows of a query; raises StoreError for a damaged file."""
+        """Gives the rows of a query; raises StoreError for a damaged file."""
         try:
             for row in self._database.execute(query, values):  # noqa: UP028 - it may outlive the file
                 yield row
@@ -86,7 +86,7 @@ class StoreReader:
 
 
 class Store(StoreReader):
-    """A store to write to; one process may have it at a time."""
+    """Holds a store to write to; one process may have it at a time."""
 
     def __init__(
         self,
@@ -206,7 +206,7 @@ class KeptResults(Store):
         super().__init__(path, {"what": what}, schema, key=key, what=what)
 
     def kept(self, name: str, fingerprint: str) -> bytes | None:
-        """A result's content, if one of that name and fingerprint is there."""
+        """Gives a result's content, if one of that name and fingerprint is there."""
         query = "SELECT content FROM results WHERE name = ? AND fingerprint = ?"
         for (content,) in self.read(query, (name, fingerprint)):
             return bytes(content)
@@ -219,7 +219,7 @@ class KeptResults(Store):
 
 
 def lock_file(path: Path, key: str, what: str, patience: float = 0.0) -> IO[str]:
-    """The lock of a store, taken; it is held until it is closed, or the process ends.
+    """Gives the lock of a store, taken; it is held until it is closed, or the process ends.
 
     The store's directory is made if need be.
 

@@ -1,4 +1,4 @@
-"""Where an animation is seen from: racket, ball and limb in view, the strings' face visible."""
+"""Chooses where an animation is seen from: racket, ball and limb in view, strings' face visible."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NEAR = 0.15  # m: the ball is kept in view while it is nearer than this to the 
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera: its place and what it looks at (m, in the world); world z points up.
+    """Holds a pinhole camera: its place and what it looks at (m, in the world); world z points up.
 
     bar: (2, 3) ends of a horizontal bar for the scale, below the scene on its left.
     """
@@ -31,11 +31,11 @@ class Camera:
     bar: NDArray[np.float64]
 
     def axes(self) -> NDArray[np.float64]:
-        """Unit vectors to the right, up, and from the target to the camera, as rows."""
+        """Gives unit vectors to the right, up, and from the target to the camera, as rows."""
         return _axes(self.place - self.target)
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points (..., 3) in the picture, (..., 2): 1 is half the picture's height."""
+        """Gives the points (..., 3) in the picture, (..., 2): 1 is half the picture's height."""
         right, up, back = self.axes()
         seen = points - self.place
         depth = np.maximum(-(seen @ back), 1e-3) * np.tan(0.5 * FIELD_OF_VIEW)
@@ -43,7 +43,7 @@ class Camera:
 
 
 def place_camera(scene: Scene) -> Camera:
-    """From the side of the racket that the ball comes from, and oblique to the strings."""
+    """Looks from the side of the racket that the ball comes from, oblique to the strings."""
     points = _points_of_interest(scene)
     normal = scene.head.rotation[0].as_matrix()[:, 2]
     along = scene.handle.rotation[0].as_matrix()[:, 0]

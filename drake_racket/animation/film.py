@@ -1,4 +1,4 @@
-"""The scene as a film, GIF or MP4, drawn by matplotlib: it needs neither a GPU nor a display."""
+"""Draws the scene as a film, GIF or MP4, by matplotlib: neither a GPU nor a display is needed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hand and limb as capsules between their landmarks. Their thickness is a sketch."""
+"""Sketches hand and limb as capsules between their landmarks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def limb_parts(
     list[tuple[str, NDArray[np.float64], float]],
     list[tuple[Pose, NDArray[np.float64], float]],
 ]:
-    """What to draw of hand and limb.
+    """Tells what to draw of hand and limb.
 
     Returns:
         Spheres (landmark, places (n, 3), radius), and segments (a body with its origin midway and

@@ -1,4 +1,4 @@
-"""The scene in Drake's Meshcat, saved as one page that needs no server.
+"""Puts the scene into Drake's Meshcat and saves one page that needs no server.
 
 The scene's tree: `/racket/handle`, `/racket/head` and below it `point_1`, `point_2`, ... with the
 springs that start there, `/ball`, `/limb`. Each frame places the two bodies, the ball, the limb and
@@ -44,7 +44,7 @@ _FLAT = 1e-6  # m: a scale of 0 would leave a line without a direction
 
 
 def meshcat_page(scene: Scene) -> str:
-    """The animation as the text of a page. A server on a free port of this host is up meanwhile."""
+    """Makes the text of a page. A server on a free port of this host is up meanwhile."""
     # 0: the system chooses a port, so that any number of these may run at once
     with _without_its_address():
         meshcat = Meshcat(MeshcatParams(host="localhost", port=0, show_stats_plot=False))

@@ -1,4 +1,4 @@
-"""The racket's shape: the lines that figures draw, as polylines of its two rigid bodies, and tubes.
+"""Gives the racket's shape: lines of its two rigid bodies as polylines, and tubes.
 
 Rim and string points are the model's; handle and throat are a sketch (`plots.style.draw_outline`).
 """
@@ -22,7 +22,10 @@ _SHAFT = 0.05  # m from the rim to the end of the handle's sketch
 
 @dataclass(frozen=True)
 class Outline:
-    """Lines of the racket: each (k, 3) m in the axes of its body (handle: butt; head: throat)."""
+    """Holds the lines of the racket: each (k, 3) m in the axes of its body (handle: butt.
+
+    Head: throat).
+    """
 
     grip: NDArray[np.float64]
     handle_arms: tuple[NDArray[np.float64], ...]
@@ -31,7 +34,7 @@ class Outline:
 
 
 def racket_outline(geometry: Geometry) -> Outline:
-    """Handle, rim, and the throat's arms, which the throat joint cuts in two."""
+    """Draws handle, rim, and the throat's arms, which the throat joint cuts in two."""
     a, b, throat = geometry.rim_semi_axis_x, geometry.rim_semi_axis_y, geometry.handle_length
     angle = np.linspace(0.0, 2.0 * np.pi, 97)
     rim = np.column_stack([geometry.gsc + a * np.cos(angle), b * np.sin(angle), 0.0 * angle])
@@ -52,13 +55,13 @@ def racket_outline(geometry: Geometry) -> Outline:
 
 
 def string_points(geometry: Geometry) -> NDArray[np.float64]:
-    """Places of the points at rest in the head, (n, 3) m."""
+    """Gives the places of the points at rest in the head, (n, 3) m."""
     s = geometry.spacing
     return np.array([(geometry.gsc + x * s, y * s, 0.0) for x, y in geometry.bed.places])
 
 
 def spring_ends(geometry: Geometry) -> list[tuple[int, int, NDArray[np.float64]]]:
-    """Of each spring: its first point, its second or 0 for the rim, and the vector between.
+    """Gives each spring's first point, its second or 0 for the rim, and the vector between.
 
     Points are numbered from 1; the vector (m) is at rest, in the head.
     """
@@ -74,7 +77,7 @@ def spring_ends(geometry: Geometry) -> list[tuple[int, int, NDArray[np.float64]]
 def tube(
     line: NDArray[np.float64], half_width: float, half_thickness: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """A tube around a line in the plane z = 0, with elliptic sections and closed ends.
+    """Gives a tube around a line in the plane z = 0, with elliptic sections and closed ends.
 
     Returns:
         Vertices (3, n) m and triangles (3, m), outward.

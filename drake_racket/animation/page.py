@@ -1,4 +1,4 @@
-"""The words around an animation, and the page: title, time, legend, controls, no network."""
+"""Writes the words around an animation, and the page: title, time, legend, controls, no network."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _POLICY = (
 
 
 def legend(scene: Scene) -> list[tuple[str, str]]:
-    """Colour and text of everything that is drawn."""
+    """Gives the colour and text of everything that is drawn."""
     held = [] if not scene.landmarks else [(LIMB, "limb" if scene.geometry.segments else "hand")]
     return [
         (BALL, "ball, flattened by its compression"),
@@ -37,7 +37,7 @@ def legend(scene: Scene) -> list[tuple[str, str]]:
 
 
 def case_text(scene: Scene) -> str:
-    """What was simulated, in one line."""
+    """Tells what was simulated, in one line."""
     case = scene.scenario
     point = case.get("point")
     return (
@@ -48,7 +48,7 @@ def case_text(scene: Scene) -> str:
 
 
 def exaggeration_text(scene: Scene) -> str:
-    """How slow it is, and what is exaggerated by how much."""
+    """Tells how slow it is, and what is exaggerated by how much."""
     settings = scene.settings
 
     def times(factor: float) -> str:
@@ -61,7 +61,7 @@ def exaggeration_text(scene: Scene) -> str:
 
 
 def finish_page(page: str, scene: Scene) -> str:
-    """Meshcat's static page with our title and panel, and shut off from the network."""
+    """Gives Meshcat's static page our title and panel, and shuts it off from the network."""
     title = html.escape(scene.title)
     data = {
         "time": np.round(1e3 * scene.time, 4).tolist(),  # ms

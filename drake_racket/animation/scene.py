@@ -1,4 +1,4 @@
-"""What an animation shows, frame by frame, computed from a history alone.
+"""Computes what an animation shows, frame by frame, from a history alone.
 
 What is exaggerated, and how the ball still touches the strings:
 
@@ -50,7 +50,7 @@ _NEEDED = (
 
 @dataclass(frozen=True)
 class Geometry:
-    """Lengths (m) of racket and ball, landmarks (names) that a limb's segments join, the bed."""
+    """Holds lengths (m) of racket and ball, landmarks that a limb's segments join, the bed."""
 
     handle_length: float
     head_length: float
@@ -65,20 +65,20 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Pose:
-    """A body over n frames: places (n, 3) (m) and n rotations, in the world."""
+    """Holds a body over n frames: places (n, 3) (m) and n rotations, in the world."""
 
     place: NDArray[np.float64]
     rotation: Rotation
 
     def points(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points (k, 3) of the body in the world, (n, k, 3)."""
+        """Gives the points (k, 3) of the body in the world, (n, k, 3)."""
         turned = np.einsum("nij,kj->nki", self.rotation.as_matrix(), points)
         return np.asarray(self.place[:, None, :] + turned)
 
 
 @dataclass(frozen=True)
 class Scene:
-    """n frames of an animation, as drawn: exaggeration included. SI units, in the world.
+    """Holds n frames of an animation, as drawn: exaggeration included. SI units, in the world.
 
     Attributes:
         fps: of the animation.  time: (n,) s from touch.
@@ -110,7 +110,7 @@ class Scene:
 
 
 def read_geometry(history: xarray.Dataset) -> Geometry:
-    """The lengths that a history carries.
+    """Gives the lengths that a history carries.
 
     Raises:
         InputError: it is not a history, lacks something, or has numbers that are not finite.

@@ -1,4 +1,4 @@
-"""How an animation is played and what it exaggerates."""
+"""The settings say how an animation is played and what it exaggerates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MOST_FRAMES = 10_000
 
 @dataclass(frozen=True)
 class AnimationSettings:
-    """How an animation is played and what it exaggerates.
+    """The settings say how an animation is played and what it exaggerates.
 
     Attributes:
         slowdown: seconds of animation per second of the impact.
@@ -60,7 +60,7 @@ def check_settings(settings: AnimationSettings, path: Path) -> None:
 
 
 def frame_count(duration: float, settings: AnimationSettings, path: Path) -> int:
-    """Number of frames for `duration` seconds of an impact.
+    """Gives the number of frames for `duration` seconds of an impact.
 
     Raises:
         InputError: there would be none, or too many.

@@ -25,7 +25,7 @@ def animate(
     """Writes an animation of `history` to `path`: .html, .gif or .mp4.
 
     Args:
-        history: of `simulate` or `histories.read_history`; nothing else is looked at.
+        history: of `simulate` or `read_history`; nothing else is looked at.
         progress: called as frames of a film are drawn.
 
     Returns:

@@ -1,1 +1,1 @@
-"""One resolved case, and the Diagram that it runs in."""
+"""A case is one impact, resolved; here it is made, and the Diagram that it runs in."""

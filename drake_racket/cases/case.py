@@ -1,4 +1,4 @@
-"""One resolved case: everything that decides an impact, loaded and checked once.
+"""A case is one impact, resolved: everything that decides it, loaded and checked once.
 
 Behind a `Case` nothing is parsed, checked or converted again, and no parameter file is opened. (The
 model file of a limb of the user's own, and what it includes, is Drake's to parse: the case has its
@@ -36,7 +36,7 @@ SCENARIOS = ("backhand",)
 
 @dataclass(frozen=True)
 class Case:
-    """One impact, complete: what the scenario says, and the numbers that it names.
+    """A case is one impact, complete: what the scenario says, and the numbers that it names.
 
     Attributes:
         scenario: checked; numbers in the units of its keys.
@@ -55,12 +55,12 @@ class Case:
 
     @functools.cached_property
     def digest(self) -> str:
-        """Stands for the whole content: equal digests, equal impacts (on equal code)."""
+        """The digest stands for the whole content: equal digests, equal impacts (on equal code)."""
         return digest(json.dumps(dataclasses.asdict(self), sort_keys=True).encode())
 
     @functools.cached_property
     def topology(self) -> tuple[Any, ...]:
-        """What a Diagram is built from and a Context cannot change; equal ones share a Diagram.
+        """The topology is what a Context cannot change; equal ones share a Diagram.
 
         Of racket and ball: places and lengths, which are the Diagram's frames and what pictures are
         drawn from, and which spring takes which constant. All else of racket, ball and grip is in
@@ -160,7 +160,7 @@ def check_scenario(scenario: Scenario, where: str = "scenario") -> None:
 
 
 def changed(scenario: Scenario, **changes: object) -> Scenario:
-    """A checked copy of `scenario` with some values changed; raises InputError."""
+    """Makes a checked copy of `scenario` with some values changed; raises InputError."""
     names = {f.name for f in dataclasses.fields(scenario)}
     for key in changes:
         if key not in names:

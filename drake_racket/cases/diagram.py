@@ -1,4 +1,4 @@
-"""The ready-made case: one racket, one ball, one support, built once and run many times."""
+"""Builds the ready-made case once, to run many times: one racket, one ball, one support."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from drake_racket.cases.case import Case, resolve
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.laws.phases import ContactModel
 from drake_racket.limbs.models import LimbBuilder
 from drake_racket.limbs.striking import (
@@ -42,9 +43,9 @@ __all__ = ["ImpactDiagram", "make_impact_diagram"]
 _IDENTITY = RigidTransform(Quaternion(1.0, 0.0, 0.0, 0.0), [0.0, 0.0, 0.0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ImpactDiagram:
-    """A built Diagram and the handles into it.
+    """The ImpactDiagram holds a built Diagram and the handles into it.
 
     The Diagram exports the outputs `contact_state`, `string_tensions` and `string_deflections`, and
     `hand_load` where a hand holds the racket (then there are `grip` and `grip_load`); with a limb
@@ -62,13 +63,17 @@ class ImpactDiagram:
     limb: StrikingLimb | None = None
     probe: Any | None = None
 
+    def __repr__(self) -> str:
+        """Shows the scenario that it was built for."""
+        return shown(self, repr(self.scenario))
+
     @property
     def scenario(self) -> Scenario:
-        """The scenario that it was built for."""
+        """The scenario is the one that it was built for."""
         return self.case.scenario
 
     def create_context(self, scenario: Scenario | Case | None = None) -> Context:
-        """A new Context with the parameters and the initial state of a scenario or case.
+        """Makes a Context with the parameters and the initial state of a scenario or case.
 
         Call it before the Diagram becomes part of another: then take the state over from here
         (`SetTimeStateAndParametersFrom`).

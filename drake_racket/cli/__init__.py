@@ -1,4 +1,4 @@
-"""The command line, `drake-racket`: one module per command.
+"""The command line is `drake-racket`; each module here is one command.
 
 Units: m/s, degrees, s. Bad input prints one line on standard error and exits with status 2.
 """

@@ -1,4 +1,4 @@
-"""`python -m drake_racket.cli`."""
+"""Runs the command line as `python -m drake_racket.cli`."""
 
 from drake_racket.cli import main
 

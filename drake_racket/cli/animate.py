@@ -1,4 +1,4 @@
-"""`drake-racket animate`: a page or a film of one impact, from its log."""
+"""`drake-racket animate` makes a page or a film of one impact, from its log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands share: the console they print to, how far they are, and how they are ended."""
+"""The commands share what is here: the console, how far they are, and how they are ended."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Describe = Callable[[Progress], str]
 
 
 def new_console() -> Console:
-    """A terminal's own width; wide lines where the output is a file or a pipe."""
+    """Makes a console: a terminal's own width; wide lines where the output is a file or a pipe."""
     return Console(highlight=False, width=None if sys.stdout.isatty() else 160)
 
 

@@ -1,4 +1,4 @@
-"""`drake-racket examples`: the shipped files, to be copied and changed."""
+"""`drake-racket examples` copies the shipped files, to be changed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`drake-racket identify`: the model's parameters from measurements."""
+"""`drake-racket identify` fits the model's parameters to measurements."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def strings(
     name: Name = None,
     fresh: Fresh = False,
 ) -> None:
-    """Tension, stiffnesses and rim factors of the strings from restitution, head clamped.
+    """Fits tension, stiffnesses and rim factors of the strings to restitution, head clamped.
 
     An interrupted fit goes on where it stopped when the command is given again.
     """
@@ -136,7 +136,7 @@ def tension(
     name: Name = None,
     fresh: Fresh = False,
 ) -> None:
-    """T0 alone, for a racket whose strings are known, strung at another tension."""
+    """Fits T0 alone, for a racket whose strings are known, strung at another tension."""
     from drake_racket.identify.report.outputs import write_string_bed
     from drake_racket.identify.strings.string_bed import fit_tension
     from drake_racket.parameters.ball import load_ball
@@ -180,7 +180,7 @@ def friction(
     name: Name = None,
     fresh: Fresh = False,
 ) -> None:
-    """Friction coefficients from rebound angles of oblique impacts, head clamped."""
+    """Fits friction coefficients to rebound angles of oblique impacts, head clamped."""
     from drake_racket.identify.report.outputs import write_friction
     from drake_racket.identify.strings.friction import fit_friction
     from drake_racket.parameters.ball import load_ball

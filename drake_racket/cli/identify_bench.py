@@ -1,4 +1,4 @@
-"""`drake-racket identify ball` and `identify frame`: the fits on the bench."""
+"""`drake-racket identify ball` and `identify frame` are the fits on the bench."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def ball(
     seed: Seed = 0,
     name: Name = None,
 ) -> None:
-    """Stiffness and damping of the ball over speed, from force histories on a force plate."""
+    """Fits the ball's stiffness and damping over speed to force histories on a force plate."""
     from drake_racket.identify.ball.fit import fit_ball, read_ball_impacts
     from drake_racket.identify.report.bench import write_ball_fit
     from drake_racket.io.files import check_directory
@@ -78,7 +78,7 @@ def frame(
     seed: Seed = 0,
     name: Name = None,
 ) -> None:
-    """Stiffness and damping of the frame's joint, from hammer force and acceleration."""
+    """Fits the frame joint's stiffness and damping to hammer force and acceleration."""
     from drake_racket.identify.frame.fit import fit_frame, read_hammer_record
     from drake_racket.identify.report.bench import write_frame_fit
     from drake_racket.io.files import check_directory

@@ -1,4 +1,4 @@
-"""Options that several commands of `drake-racket identify` have."""
+"""The options here are those that several commands of `drake-racket identify` have."""
 
 from __future__ import annotations
 

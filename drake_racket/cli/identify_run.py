@@ -1,4 +1,4 @@
-"""What the commands of `drake-racket identify` share: progress, interruption, printing."""
+"""The commands of `drake-racket identify` share what is here: progress, interruption, printing."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 def today() -> str:
-    """The date for the sources of a parameter file."""
+    """Gives the date for the sources of a parameter file."""
     return date.today().isoformat()
 
 
 def pairs(texts: Sequence[str] | None, key: str) -> dict[str, str]:
-    """NAME=TEXT options as a mapping.
+    """Gives NAME=TEXT options as a mapping.
 
     Raises:
         InputError: one without `=`, or a name twice.
@@ -42,7 +42,7 @@ def pairs(texts: Sequence[str] | None, key: str) -> dict[str, str]:
 
 
 def numbers(texts: Sequence[str] | None, key: str) -> dict[str, float]:
-    """NAME=NUMBER options as a mapping; raises InputError as `pairs`, or for no number."""
+    """Gives NAME=NUMBER options as a mapping; raises InputError as `pairs`, or for no number."""
     found = {}
     for name, text in pairs(texts, key).items():
         try:
@@ -53,7 +53,7 @@ def numbers(texts: Sequence[str] | None, key: str) -> dict[str, float]:
 
 
 def names(text: str | None) -> list[str] | None:
-    """Names separated by commas; None stays None."""
+    """Gives names separated by commas; None stays None."""
     return None if text is None else [name.strip() for name in text.split(",")]
 
 

@@ -1,4 +1,4 @@
-"""`drake-racket impact`: one impact, summed up, logged and drawn."""
+"""`drake-racket impact` simulates one impact, sums it up, logs it and draws it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`drake-racket plot`: the figures of one log."""
+"""`drake-racket plot` draws the figures of one log."""
 
 from __future__ import annotations
 

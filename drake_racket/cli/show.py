@@ -1,4 +1,4 @@
-"""`drake-racket show`: a racket's parameters and where they come from."""
+"""`drake-racket show` prints a racket's parameters and where they come from."""
 
 from __future__ import annotations
 

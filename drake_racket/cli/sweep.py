@@ -1,4 +1,4 @@
-"""`drake-racket sweep`: many impacts, with durable results."""
+"""`drake-racket sweep` runs many impacts, with durable results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`drake-racket validate`: the model against every published number."""
+"""`drake-racket validate` sets the model against every published number."""
 
 from __future__ import annotations
 

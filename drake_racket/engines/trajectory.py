@@ -1,4 +1,4 @@
-"""What an engine returns: arrays over time, and the numbers of the mechanism they belong to.
+"""A trajectory is what an engine returns: arrays over time, and the mechanism's numbers.
 
 Nothing here knows Drake. Results are made of these arrays alone, so that any engine serves.
 """
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Place(NamedTuple):
-    """A frame fixed on a body: the body's number, and the frame's pose in it."""
+    """Holds a frame fixed on a body: the body's number, and the frame's pose in it."""
 
     body: int
     rotation: Array  # (3, 3)
@@ -25,7 +25,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Bodies:
-    """Masses of all bodies, in the engine's order (b of them). SI units.
+    """Holds the masses of all bodies, in the engine's order (b of them). SI units.
 
     Attributes:
         mass: (b,).
@@ -45,7 +45,7 @@ class Bodies:
 
 @dataclass(frozen=True)
 class JointSprings:
-    """What joints hold beside their bodies: linear springs and rotors.
+    """Says what joints hold beside their bodies: linear springs and rotors.
 
     Attributes:
         position: (s,) places in q.
@@ -63,7 +63,7 @@ class JointSprings:
 
 @dataclass(frozen=True)
 class JointRanges:
-    """Passive torques at the ends of joints' ranges; see `limbs.limits`.
+    """Holds the passive torques at the ends of joints' ranges; see `limbs.limits`.
 
     Attributes:
         position, velocity: (j,) places in q and in v.
@@ -81,7 +81,7 @@ class JointRanges:
 
 @dataclass(frozen=True)
 class LimbNumbers:
-    """A limb that holds the racket.
+    """Holds the numbers of a limb that holds the racket.
 
     Attributes:
         bodies: numbers of its bodies.  massive: those that have mass.
@@ -103,7 +103,7 @@ class LimbNumbers:
 
 @dataclass(frozen=True)
 class FrameJointNumbers:
-    """The joints of the racket's frame, in order from the butt.
+    """Holds the joints of the racket's frame, in order from the butt.
 
     Attributes:
         names: of the joints.
@@ -120,7 +120,7 @@ class FrameJointNumbers:
 
 @dataclass(frozen=True)
 class StringNumbers:
-    """The string-bed.
+    """Holds the numbers of the string-bed.
 
     Attributes:
         points: numbers of the masses.  springs: names of the springs.
@@ -142,7 +142,7 @@ class StringNumbers:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """The numbers of a mechanism that results are computed with. SI units.
+    """Holds the numbers of a mechanism that results are computed with. SI units.
 
     Attributes:
         bodies: all of them; the numbers below count in their order.
@@ -174,7 +174,7 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class Motion:
-    """How all bodies move at some samples of a trajectory (m of them), in the world.
+    """The motion says how all bodies move at some samples of a trajectory (m), in the world.
 
     Attributes:
         samples: (m,) numbers of the samples.
@@ -198,7 +198,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """One run (n samples: the start, each step's end, the end).
+    """A trajectory is one run (n samples: the start, each step's end, the end).
 
     Attributes:
         mechanism: whose motion it is.
@@ -231,5 +231,5 @@ class Trajectory:
         return len(self.time)
 
     def audited(self) -> bool:
-        """Whether losses were integrated beside the motion."""
+        """Tells whether losses were integrated beside the motion."""
         return bool(np.isfinite(self.totals[:, 0]).all())

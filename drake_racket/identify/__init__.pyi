@@ -1,5 +1,6 @@
 from .ball.fit import fit_ball as fit_ball
 from .ball.impacts import BallImpact as BallImpact
+from .ball.impacts import read_ball_impacts as read_ball_impacts
 from .core.estimate import Estimate as Estimate
 from .core.intervals import profile as profile
 from .core.least_squares import fit as fit
@@ -11,7 +12,10 @@ from .frame.fit import fit_frame as fit_frame
 from .frame.fit import hammer_record as hammer_record
 from .report.outputs import markdown_table as markdown_table
 from .strings.angle_table import AngleTable as AngleTable
+from .strings.angle_table import read_angles as read_angles
 from .strings.friction import fit_friction as fit_friction
 from .strings.restitution_table import RestitutionTable as RestitutionTable
+from .strings.restitution_table import read_restitution as read_restitution
 from .strings.string_bed import StringBedFit as StringBedFit
 from .strings.string_bed import fit_string_bed as fit_string_bed
+from .strings.string_bed import fit_tension as fit_tension

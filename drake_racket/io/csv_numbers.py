@@ -22,7 +22,7 @@ _THOUSANDS = re.compile(
 
 
 def to_number(cell: str, decimal: str) -> float:
-    """The number in a cell, rounded correctly; nan if it is not one of this decimal mark.
+    """Gives the number in a cell, rounded correctly; nan if it is not one of this decimal mark.
 
     float() alone also takes nan, inf, 1_000, digits of other scripts.
     """
@@ -35,12 +35,12 @@ def to_number(cell: str, decimal: str) -> float:
 
 
 def plain(cell: str) -> str:
-    """With the minus sign of a typewriter."""
+    """Writes a typewriter's minus sign."""
     return cell.replace("\u2212", "-")
 
 
 def decimal_mark(columns: Sequence[Sequence[str]]) -> tuple[str, tuple[int, int] | None]:
-    """The decimal mark of a table in which commas do not separate cells.
+    """Gives the decimal mark of a table in which commas do not separate cells.
 
     Columns that begin with a number count.
 
@@ -66,7 +66,7 @@ def decimal_mark(columns: Sequence[Sequence[str]]) -> tuple[str, tuple[int, int]
 
 
 def why_no_number(cell: str, decimal: str) -> str:
-    """The cause, and what to do."""
+    """Tells the cause, and what to do."""
     text = plain(cell)
     if not text:
         return "the cell is empty; leave out the row, or begin it with #"

@@ -24,7 +24,7 @@ _NUMBER_LIKE = re.compile(r"[+-]?[0-9.,]*[0-9][0-9.,]*([eEdD][+-]?[0-9]+)?")
 
 @dataclass(frozen=True)
 class CsvText:
-    """A file's lines.
+    """Holds a file's lines.
 
     Attributes:
         where: the file.  sha256: of its bytes.
@@ -41,7 +41,7 @@ class CsvText:
     separator: str
 
     def header(self) -> list[str]:
-        """The header's cells, those at its end without a name left out.
+        """Gives the header's cells, those at its end without a name left out.
 
         Raises:
             InputError: no names, or quotes anywhere in the file that do not close.
@@ -67,7 +67,7 @@ class CsvText:
         return cells
 
     def wrong_count(self, line: int, count: int, expected: int) -> InputError:
-        """What to raise for a row (its line number) with more or fewer cells than the header."""
+        """Tells what to raise for a row with more or fewer cells than the header."""
         if (header := self._header_below()) is not None:
             got = self.lines[self.first]
             allowed = (
@@ -144,7 +144,7 @@ def read_csv_text(path: Path, most_bytes: int) -> CsvText:
 
 
 def is_blank(line: str) -> bool:
-    """Whether a line has no cell with anything in it."""
+    """Tells whether a line has no cell with anything in it."""
     return not line.strip(' \t,;"')
 
 

@@ -1,4 +1,4 @@
-"""The exception that bad input raises, the one of work that cannot go on, and what scripts do."""
+"""One exception is raised by bad input, one by work that cannot go on; scripts print one line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drake_racket.io.interrupts import exit_status, interrupt_word, terminable
 
 
 class InputError(ValueError):
-    """A value from outside that cannot be used.
+    """The error says which value from outside cannot be used, and what is allowed.
 
     The message is one line: the key (or file), the value as given, and what is allowed.
     The command line prints it and exits with status 2.
@@ -30,11 +30,11 @@ class InputError(ValueError):
 
 
 class SimulationError(RuntimeError):
-    """A run that could not be finished; the message says where it stopped and why."""
+    """The error says where a run that could not be finished stopped, and why."""
 
 
 class WorkStopped(RuntimeError):
-    """Work that cannot go on, for a reason that lies not in its input; the message is one line."""
+    """The error says why work cannot go on, for a reason not in its input; it is one line."""
 
 
 def _shown(value: object, limit: int = 80) -> str:
@@ -49,14 +49,14 @@ def _shown(value: object, limit: int = 80) -> str:
 
 
 def one_line(text: str, limit: int = 500) -> str:
-    """`text` without line breaks or control characters, shortened to `limit` characters."""
+    """Gives `text` without line breaks or control characters, shortened to `limit` characters."""
     text = "".join(c if c.isprintable() else " " for c in text)
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
 @contextlib.contextmanager
 def one_line_errors(program: str, *, kept: str = "") -> Iterator[None]:
-    """For the main block of a script: what ends it early becomes one line and an exit status.
+    """Turns what ends a script's main block early into one line and an exit status.
 
     2 for an InputError, 1 for a WorkStopped, 130 for Ctrl-C and 143 for SIGTERM.
 

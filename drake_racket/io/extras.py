@@ -1,4 +1,4 @@
-"""Optional libraries: one that is missing is named with its install line, before any work."""
+"""A missing optional library is named with its install line, before any work."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from drake_racket.io.errors import InputError
 
 
 def has_library(module: str) -> bool:
-    """Whether an optional library can be imported."""
+    """Tells whether an optional library can be imported."""
     return find_spec(module) is not None
 
 

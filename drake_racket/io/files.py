@@ -38,7 +38,7 @@ def check_directory(path: Path, key: str) -> None:
 
 
 def directory_error(path: Path, error: OSError, key: str) -> InputError:
-    """What to raise when writing below `path` failed."""
+    """Tells what to raise when writing below `path` failed."""
     reason = error.strerror or type(error).__name__
     return InputError(key, str(path), f"a directory that can be written ({reason})")
 
@@ -54,7 +54,9 @@ def replace_file(path: Path, write: Callable[[Path], Any]) -> None:
 
 
 def meant_for(path: Path) -> Path:
-    """What a file under a temporary name of `replace_file` was to become; other paths as they are.
+    """Tells what a file under a temporary name of `replace_file` was to become.
+
+    Other paths as they are.
 
     A process that is killed leaves such a file.
     """
@@ -77,7 +79,7 @@ def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
 
 
 def netcdf_bytes(dataset: xarray.Dataset) -> bytes:
-    """A dataset as the bytes of a NetCDF 4 file."""
+    """Gives a dataset as the bytes of a NetCDF 4 file."""
     from xarray.backends import H5NetCDFStore
 
     h5netcdf: Any = importlib.import_module("h5netcdf")  # it comes without hints
@@ -89,7 +91,7 @@ def netcdf_bytes(dataset: xarray.Dataset) -> bytes:
 
 
 def read_netcdf(content: bytes) -> xarray.Dataset:
-    """The dataset of such bytes."""
+    """Gives the dataset of such bytes."""
     import xarray
 
     return xarray.load_dataset(io.BytesIO(content), engine="h5netcdf")

@@ -1,4 +1,4 @@
-"""Is this the same computation? What tells that a kept result is still good, in one place.
+"""Tells whether this is the same computation, so that a kept result is still good.
 
 A result hangs on its input (a scenario, data, settings, the content of files) and on what computes
 it (`computation`). Stores keep both as plain data; `difference` names what differs.
@@ -27,12 +27,12 @@ _ROOT = Path(__file__).resolve().parent.parent
 
 
 def digest(data: bytes) -> str:
-    """SHA-256 in hex, shortened to 128 bits."""
+    """Hashes bytes: SHA-256 in hex, shortened to 128 bits."""
     return hashlib.sha256(data).hexdigest()[:32]
 
 
 def as_text(tree: Any) -> str:
-    """One text for equal data: JSON, keys in order."""
+    """Gives one text for equal data: JSON, keys in order."""
     return json.dumps(tree, sort_keys=True)
 
 
@@ -51,7 +51,7 @@ def _version(package: str) -> str:
 
 @functools.cache
 def computation(*more: str | Path) -> dict[str, str]:
-    """What computes a result; results are bit-equal where all of it is equal.
+    """Describes what computes a result; results are bit-equal where all of it is equal.
 
     Whatever the package's version says, `source` is a hash of every file of the package that
     decides numbers: code, data and SDF, but for what prints and draws.
@@ -87,7 +87,7 @@ def _files(place: Path) -> list[Path]:
 
 
 def code_of(thing: Any) -> tuple[Path, ...]:
-    """The file of a class or function of the caller's own, for `computation`.
+    """Gives the file of a class or function of the caller's own, for `computation`.
 
     Nothing for the package's own, and for what was typed in.
     """
@@ -100,7 +100,7 @@ def code_of(thing: Any) -> tuple[Path, ...]:
 
 
 def difference(old: Any, new: Any, key: str = "") -> tuple[str, Any, Any] | None:
-    """The first key (dotted) in which two trees of plain data differ, with both values."""
+    """Gives the first key (dotted) in which two trees of plain data differ, with both values."""
     if isinstance(old, dict) and isinstance(new, dict):
         for name in [*old, *(name for name in new if name not in old)]:
             if name not in old or name not in new:

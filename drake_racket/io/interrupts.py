@@ -14,18 +14,18 @@ class Terminated(KeyboardInterrupt):
 
 
 def exit_status(interrupt: BaseException) -> int:
-    """What a shell expects of a command that a signal has ended: 128 and its number."""
+    """Tells what a shell expects of a command that a signal has ended: 128 and its number."""
     return 128 + (signal.SIGTERM if isinstance(interrupt, Terminated) else signal.SIGINT)
 
 
 def interrupt_word(interrupt: BaseException) -> str:
-    """What has happened to the command."""
+    """Tells what has happened to the command."""
     return "terminated" if isinstance(interrupt, Terminated) else "interrupted"
 
 
 @contextmanager
 def terminable() -> Iterator[list[Terminated]]:
-    """Within it SIGTERM raises Terminated, as Ctrl-C raises KeyboardInterrupt.
+    """Lets SIGTERM raise Terminated within it, as Ctrl-C raises KeyboardInterrupt.
 
     Yields:
         The interrupts that have come: some libraries turn them into exceptions of their own.
@@ -49,7 +49,7 @@ def terminable() -> Iterator[list[Terminated]]:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Within it no further Ctrl-C or SIGTERM counts: to leave things in order after the first.
+    """Lets no further Ctrl-C or SIGTERM count within it, to leave things in order after the first.
 
     They often come twice, from the terminal or a scheduler and from the process above.
     """

@@ -1,4 +1,4 @@
-"""Single numbers from outside: Python's and NumPy's alike, made Python floats."""
+"""Numbers from outside, Python's and NumPy's alike, become Python floats."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drake_racket.io.errors import InputError
 
 
 def finite_number(key: str, value: object, allowed: str = "a finite number") -> float:
-    """`value` as a Python float.
+    """Gives `value` as a Python float.
 
     Raises:
         InputError: it is no real number (true and false are none), or not finite as a float.
@@ -27,7 +27,7 @@ def finite_number(key: str, value: object, allowed: str = "a finite number") -> 
 
 
 def number_between(key: str, value: object, least: float, most: float, unit: str = "") -> float:
-    """`finite_number` that is not below `least` nor above `most`; raises InputError."""
+    """Gives `finite_number` that is not below `least` nor above `most`; raises InputError."""
     number = finite_number(key, value)
     if not least <= number <= most:
         raise InputError(key, value, f"{least:g} to {most:g} {unit}".rstrip())
@@ -35,7 +35,7 @@ def number_between(key: str, value: object, least: float, most: float, unit: str
 
 
 class FrozenDict(dict[Any, Any]):
-    """A dict that cannot be changed: frozen settings are shared."""
+    """A FrozenDict cannot be changed: frozen settings are shared."""
 
     def _refuse(self, *_: object, **__: object) -> NoReturn:
         raise TypeError("frozen settings cannot be changed; dataclasses.replace makes a copy")
@@ -70,7 +70,7 @@ def _plain(value: Any) -> Any:
 
 
 def as_number(value: object) -> float | None:
-    """A real number, or text that is one, as a Python float; None for what is neither.
+    """Gives a real number, or text that is one, as a Python float; None for what is neither.
 
     Text counts as YAML 1.2 writes numbers: without underscores and without blanks.
     """

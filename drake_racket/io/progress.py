@@ -1,4 +1,4 @@
-"""How far long work is: what sweeps, rigs, fits and the validation tell whoever waits for them."""
+"""Tells whoever waits how far sweeps, rigs, fits and the validation are."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True)
 class Progress:
-    """How far one task is.
+    """The Progress says how far one task is.
 
     Attributes:
         task: what is done: `checking` and `running` of a sweep, `fitting`, a section's title.
@@ -29,7 +29,7 @@ class Progress:
     rms: float | None = None
 
     def rate(self) -> float:
-        """Steps per second of this run; 0 before the first."""
+        """Gives the steps per second of this run; 0 before the first."""
         return (self.done - self.before) / self.seconds if self.seconds > 0.0 else 0.0
 
     def time_left(self) -> float | None:
@@ -43,7 +43,7 @@ Report = Callable[[Progress], None]
 
 
 def part_of(report: Report | None, before: float, total: float) -> Report:
-    """A report for one part of a task of `total` steps, of which `before` come earlier."""
+    """Gives a report for one part of a task of `total` steps, of which `before` come earlier."""
     if report is None:
         return lambda _: None
     return lambda part: report(replace(part, done=before + part.done, total=total))

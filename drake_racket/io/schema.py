@@ -25,7 +25,7 @@ from typing import Annotated, Any, ClassVar, TypeVar
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic_core import core_schema
 
-from drake_racket.io.errors import InputError
+from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.numbers import as_number
 
 T = TypeVar("T")
@@ -33,7 +33,7 @@ Vector = tuple[float, ...]
 
 
 class Schema:
-    """The base of all schemas: unknown keys are refused, and objects are checked like data."""
+    """The Schema is the base of all: unknown keys are refused, objects are checked like data."""
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(
         extra="forbid", revalidate_instances="always"
@@ -41,7 +41,7 @@ class Schema:
 
 
 class Refusal(ValueError):
-    """What a rule raises: the value, what is allowed, and where below the field it stands."""
+    """The error of a rule has the value, what is allowed, and where below the field it stands."""
 
     def __init__(self, value: object, allowed: str, below: str = "") -> None:
         super().__init__("not allowed")
@@ -49,12 +49,12 @@ class Refusal(ValueError):
 
 
 def refusal(value: object, allowed: str, below: str = "") -> Refusal:
-    """The error of a value that a rule does not allow."""
+    """Gives the error of a value that a rule does not allow."""
     return Refusal(value, allowed, below)
 
 
 class Rule:
-    """A rule about one value that is no dataclass."""
+    """A rule says what one value that is no dataclass may be."""
 
     def check(self, value: Any, *, written: bool = False) -> Any:
         """Returns the value as it is kept; raises `refusal`.
@@ -75,14 +75,14 @@ class Rule:
 
 @dataclass(frozen=True)
 class Number(Rule):
-    """A finite number in a unit, from `least` to `most`."""
+    """Allows a finite number in a unit, from `least` to `most`."""
 
     unit: str
     least: float = -math.inf
     most: float = math.inf
 
     def check(self, value: Any, *, written: bool = False) -> float:
-        """A Python float."""
+        """Gives a Python float."""
         number = as_number(value) if written or not isinstance(value, str) else None
         if number is None:
             raise refusal(value, "a finite number")
@@ -96,13 +96,13 @@ class Number(Rule):
 
 @dataclass(frozen=True)
 class Whole(Rule):
-    """A whole number from `least` to `most`."""
+    """Allows a whole number from `least` to `most`."""
 
     least: int
     most: int
 
     def check(self, value: Any, *, written: bool = False) -> int:
-        """A Python int."""
+        """Gives a Python int."""
         number = Number("1").check(value, written=written)
         if number != int(number) or not self.least <= number <= self.most:
             raise refusal(value, f"a whole number from {self.least} to {self.most}")
@@ -111,14 +111,14 @@ class Whole(Rule):
 
 @dataclass(frozen=True)
 class Three(Rule):
-    """Three numbers, each within `most` of 0; with `free`, None leaves a component open."""
+    """Allows three numbers, each within `most` of 0; with `free`, None leaves one open."""
 
     unit: str
     most: float = math.inf
     free: bool = False
 
     def check(self, value: Any, *, written: bool = False) -> tuple[float | None, ...]:
-        """A tuple of three."""
+        """Gives a tuple of three."""
         if not isinstance(value, (list, tuple)) or len(value) != 3:
             text = "3 numbers" + (" (None: free)" if self.free else f" ({self.unit})")
             raise refusal(value, text)
@@ -160,13 +160,13 @@ class _Flag(Rule):
 
 
 class OneOf(Rule):
-    """One of some names. An empty name may be left out of the message."""
+    """Allows one of some names. An empty name may be left out of the message."""
 
     def __init__(self, *names: str) -> None:
         self.names = names
 
     def check(self, value: Any, *, written: bool = False) -> str:
-        """The name."""
+        """Gives the name."""
         text = _Text().check(value)
         if text not in self.names:
             raise refusal(value, ", ".join(name for name in self.names if name))
@@ -174,7 +174,7 @@ class OneOf(Rule):
 
 
 class After(Rule):
-    """A rule about a dataclass, or whatever pydantic knows, once it has its type."""
+    """Checks a dataclass, or whatever pydantic knows, once it has its type."""
 
     def __init__(self, check: Callable[[Any], Any]) -> None:
         self.after = check
@@ -261,6 +261,24 @@ def _at(schema: Any, place: tuple[int | str, ...]) -> Any:
         if inner and not dataclasses.is_dataclass(schema):
             schema = inner[0]
     return schema
+
+
+def shown_changes(made: Any) -> str:
+    """Shows a schema's object on one line: the fields that differ from their defaults."""
+    changes = []
+    for item in dataclasses.fields(made):
+        default = item.default
+        if item.default_factory is not dataclasses.MISSING:
+            default = item.default_factory()
+        value = getattr(made, item.name)
+        if item.init and value != default:
+            changes.append(f"{item.name}={value!r}")
+    return shown(made, ", ".join(changes))
+
+
+def shown(made: object, text: str) -> str:
+    """Shows an object on one line of at most 120 characters: its class, and what `text` says."""
+    return f"{type(made).__name__}({one_line(text, 118 - len(type(made).__name__))})"
 
 
 def _names(schema: Any) -> str:

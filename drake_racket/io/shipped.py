@@ -1,4 +1,4 @@
-"""Where the shipped files are, from a wheel and from an editable install alike."""
+"""Tells where the shipped files are, from a wheel and from an editable install alike."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _HERE = Path(__file__).resolve().parent.parent
 
 
 def data_directory() -> Path:
-    """The directory of the parameter files (YAML)."""
+    """Gives the directory of the parameter files (YAML)."""
     return _HERE / "parameters" / "data"
 
 
 def sdf_directory() -> Path:
-    """The directory of the SDF models, the root of `package://drake_racket/`.
+    """Gives the directory of the SDF models, the root of `package://drake_racket/`.
 
     A wheel carries it inside the package; a source tree has it beside the package.
     """

@@ -26,7 +26,7 @@ FEWEST_SAMPLES = 20
 
 @dataclass(frozen=True)
 class Signal:
-    """One quantity sampled over time.
+    """A signal is one quantity sampled over time.
 
     Attributes:
         time: (n,) s, increasing; the steps need not be equal.
@@ -106,7 +106,7 @@ def read_signal(
 
 
 def pulse_extent(signal: Signal, share: float) -> tuple[int, int]:
-    """First and last sample of the stretch around the largest value that stays above a share of it.
+    """Gives first and last sample of what stays above a share of the largest value around it.
 
     Args:
         share: of the largest value, between 0 and 1.

@@ -1,4 +1,4 @@
-"""A CSV of named columns with units, read whole, with errors that name row and column.
+"""Reads a CSV of named columns with units whole, with errors that name row and column.
 
 One reader for signals and tables of measurements. It takes what spreadsheets, pandas and
 laboratory programs write: UTF-8, UTF-16 with its mark, else Windows-1252; any line ends; lines of
@@ -40,7 +40,7 @@ _NAME_AND_UNIT = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*", re.DO
 
 @dataclass(frozen=True)
 class Heading:
-    """What is above a column: its name, its unit ("1" where it has none), and how they are written.
+    """Says what is above a column: its name, its unit ("1" where it has none), as written.
 
     Names are compared in small letters, with `_` for blanks.
     """
@@ -104,19 +104,19 @@ class CsvTable:
         return replace(table, decimal=decimal)
 
     def has(self, name: str) -> bool:
-        """Whether there is a column of this name, in whatever unit."""
+        """Tells whether there is a column of this name, in whatever unit."""
         return any(h.name == _plain(name) for h in self.headings)
 
     def header_text(self) -> str:
-        """The columns as they are written."""
+        """Gives the columns as they are written."""
         return ", ".join(h.text for h in self.headings)
 
     def at(self, row: int, name: str) -> str:
-        """Where a cell is, for messages."""
+        """Tells where a cell is, for messages."""
         return f"{self.where}: row {self.lines[row]}, {name}"
 
     def texts(self, name: str) -> list[str]:
-        """A column as text.
+        """Gives a column as text.
 
         Raises:
             InputError: no such column, or twice.
@@ -125,7 +125,7 @@ class CsvTable:
         return list(self.columns[self._index(name, None)])
 
     def numbers(self, name: str, unit: str) -> NDArray[np.float64]:
-        """A column in this unit.
+        """Gives a column in this unit.
 
         Raises:
             InputError: no such column, twice, in a unit that is no multiple of this one, or a cell
@@ -151,7 +151,7 @@ class CsvTable:
                 raise InputError(self.at(i, name), float(value), allowed)
 
     def where_text(self, name: str, text: str) -> CsvTable:
-        """The rows that have this text in a column.
+        """Gives the rows that have this text in a column.
 
         Raises:
             InputError: no such column, or no such row.

@@ -46,7 +46,7 @@ _IN_UNITS_ROWS |= {unit for multiples in _MULTIPLES.values() for unit in multipl
 
 
 def unit_of(text: str) -> str:
-    """The unit in this package's spelling; one that it does not know as it is written.
+    """Gives the unit in this package's spelling; one that it does not know as it is written.
 
     >>> unit_of("m s⁻²"), unit_of("µs"), unit_of(" "), unit_of("mph")
     ('m/s^2', 'us', '1', 'mph')
@@ -58,29 +58,29 @@ def unit_of(text: str) -> str:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a cell can be nothing but a unit: a known one, or anything in brackets."""
+    """Tells whether a cell can be nothing but a unit: a known one, or anything in brackets."""
     unit = unit_of(bare) if (bare := bracketed(text)) is not None else unit_of(text)
     return bare is not None or unit in _SPELLINGS or unit in _IN_UNITS_ROWS
 
 
 def bracketed(text: str) -> str | None:
-    """What is between the brackets of `[s]` or `(s)`; None if the text is not that."""
+    """Tells what is between the brackets of `[s]` or `(s)`; None if the text is not that."""
     found = re.fullmatch(r"\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*", text)
     return None if found is None else found[1] if found[1] is not None else found[2]
 
 
 def is_same(given: str, wanted: str) -> bool:
-    """Whether two units of `unit_of` are one, whatever their case (`[S]` in a capital header)."""
+    """Tells whether two units of `unit_of` are one, whatever their case (`[S]`, say)."""
     return given == wanted or given.casefold() == wanted.casefold()
 
 
 def can_convert(given: str, wanted: str) -> bool:
-    """Whether `convert` takes it."""
+    """Tells whether `convert` takes it."""
     return is_same(given, wanted) or given in _MULTIPLES.get(wanted, {})
 
 
 def convert(values: NDArray[np.float64], given: str, wanted: str) -> NDArray[np.float64]:
-    """Numbers in `given` as numbers in `wanted`, rounded once; see `can_convert`."""
+    """Gives the numbers in `given` as numbers in `wanted`, rounded once; see `can_convert`."""
     if is_same(given, wanted):
         return values
     times, over = _MULTIPLES[wanted][given]
@@ -88,7 +88,7 @@ def convert(values: NDArray[np.float64], given: str, wanted: str) -> NDArray[np.
 
 
 def allowed_units(wanted: str) -> str:
-    """For messages: what can be given, ' (or kN, mN)'; nothing where there is no other."""
+    """Tells messages what can be given, ' (or kN, mN)'; nothing where there is no other."""
     others = ", ".join(_MULTIPLES.get(wanted, {}))
     return f" (or in {others})" if others else ""
 

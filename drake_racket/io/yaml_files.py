@@ -79,7 +79,7 @@ _Loader.add_constructor("tag:yaml.org,2002:float", _float)
 
 
 def name_or_path(given: str | os.PathLike[str], key: str) -> str:
-    """A shipped file's name or a path, as text; raises InputError where it is neither."""
+    """Gives a shipped file's name or a path, as text; raises InputError where it is neither."""
     text: object = None
     if isinstance(given, str | os.PathLike):
         text = os.fspath(given)
@@ -153,7 +153,7 @@ def dump_text(tree: Any) -> str:
 
 
 def parse_tree(text: str, where: str) -> Any:
-    """YAML text as mappings, lists and scalars, repeated keys refused; raises InputError."""
+    """Gives YAML text as mappings, lists and scalars, repeated keys refused; raises InputError."""
     loader = None
     try:
         loader = _Loader(text)

@@ -36,7 +36,7 @@ FEWEST, MOST = 2, 15
 
 @dataclass(frozen=True, eq=False)
 class BedTopology:
-    """Which points a bed has, and which spring ends where. The arrays cannot be written to.
+    """The topology says which points a bed has, and which spring ends where, in read-only arrays.
 
     Attributes:
         columns, rows: of points; columns run along x (the mains), rows along y (the crosses).
@@ -59,17 +59,17 @@ class BedTopology:
 
     @property
     def points(self) -> tuple[int, ...]:
-        """Numbers of the points, 1 to n."""
+        """Lists the numbers of the points, 1 to n."""
         return tuple(range(1, len(self.places) + 1))
 
     @property
     def ends(self) -> Indices:
-        """(2, m) `first` and `second`, as the compiled loops take them."""
+        """Gives (2, m) `first` and `second`, as the compiled loops take them."""
         return np.stack([self.first, self.second])
 
 
 def grid_topology(columns: int = 3, rows: int = 3) -> BedTopology:
-    """The bed of `rows` rows of `columns` points, one object for each pair of numbers.
+    """Gives the bed of `rows` rows of `columns` points, one object for each pair of numbers.
 
     The default is that of Glynn et al. 2011.
     """
@@ -104,7 +104,7 @@ def _grid(columns: int, rows: int) -> BedTopology:
 
 
 def named_topology(names: Sequence[str]) -> BedTopology | None:
-    """The bed whose springs have these names, in this order; None if no bed has."""
+    """Gives the bed whose springs have these names, in this order; None if no bed has."""
     columns, rows = (sum(n.startswith(side) for n in names) for side in ("tip-", "left-"))
     if not (FEWEST <= columns <= MOST and FEWEST <= rows <= MOST):
         return None
@@ -119,7 +119,7 @@ POINT_NUMBERS = grid_topology().points
 def rest_lengths(
     bed: BedTopology, spacing: float, rim_semi_axis_x: float, rim_semi_axis_y: float
 ) -> Floats:
-    """Rest lengths (m) of the springs; rim springs run along x or y to the rim ellipse."""
+    """Computes the springs' rest lengths (m); rim springs run along x or y to the rim ellipse."""
     lengths = np.full(len(bed.names), spacing)
     for row in np.flatnonzero(bed.second < 0):
         x, y = spacing * bed.places[bed.first[row]]

@@ -19,7 +19,9 @@ except ImportError:
 
 
 def compiled(law: Callable[..., Any], **options: Any) -> Callable[..., Any]:
-    """`law` as machine code for float arguments, cached on disk; `options` are `numba.njit`'s.
+    """Gives `law` as machine code for float arguments, cached on disk.
+
+    `options` are `numba.njit`'s.
 
     The cache knows of changes in the law's own file only: keep what it calls beside it, or let
     the law be a closure over `sources_stamp` of the files with what it calls.
@@ -35,7 +37,7 @@ def compiled(law: Callable[..., Any], **options: Any) -> Callable[..., Any]:
 
 
 def sources_stamp(*modules: ModuleType) -> int:
-    """A number that changes with the source of `modules`.
+    """Gives a number that changes with the source of `modules`.
 
     numba's cache tells closures apart by what they close over: a compiled closure over this number
     is compiled anew when one of these sources has changed.

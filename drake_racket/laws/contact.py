@@ -1,4 +1,4 @@
-"""Ball against string mass: the contact law. `ball_contact` has the LeafSystem that applies it.
+"""Has the contact law, ball against string mass; `ball_contact` has the LeafSystem.
 
 With Q the ball's centre, S the string mass in contact, B the head's axes (z normal to the strings)
 and p = p_SQ_B, v = the velocity of Q relative to S as seen in B:
@@ -43,7 +43,7 @@ leaving the strings, or having gone past outside the rim)."""
 
 @compilable
 def ball_constants(v: Any, speed_low: Any, speed_high: Any, low: Any, growth: Any) -> Any:
-    """The constant kb (N/m) or cb (N s/m) at the normal approach speed `v` (m/s).
+    """Gives the constant kb (N/m) or cb (N s/m) at the normal approach speed `v` (m/s).
 
     low * (1 + growth * (v - speed_low) / (speed_high - speed_low)), v held within the range.
     """
@@ -53,7 +53,7 @@ def ball_constants(v: Any, speed_low: Any, speed_high: Any, low: Any, growth: An
 
 @compilable
 def contact_law(p: Any, v: Any, constants: Any) -> Any:
-    """Force on the ball in the head's axes; equations in the module's docstring.
+    """Gives the force on the ball in the head's axes; equations in the module's docstring.
 
     Args:
         p, v: p_SQ_B (m) and v_SQ_B (m/s), three components each.
@@ -76,7 +76,7 @@ def contact_law(p: Any, v: Any, constants: Any) -> Any:
 
 @compilable
 def contact_partials(p: Any, v: Any, constants: Any) -> Any:
-    """The force of `contact_law` in contact (N > 0), and what its derivatives are made of.
+    """Gives the force of `contact_law` in contact (N > 0), and what its derivatives are made of.
 
     With t the tangential vector of the friction's reading, s its scale and r = sqrt(|t|^2 + s^2):
     dF = u dN + N du_mu dmu - (mu N / r) (dt - t (t . dt) / r^2), where u = -mu t / r.
@@ -98,7 +98,7 @@ def contact_partials(p: Any, v: Any, constants: Any) -> Any:
 
 @compilable
 def relative_motion(x_s: Any, x_q: Any, v_s: Any, v_q: Any) -> Any:
-    """p_SQ_B (m) and v_SQ_B (m/s), the ball Q about the string mass S as seen in the head B.
+    """Gives p_SQ_B (m) and v_SQ_B (m/s), the ball Q about the string mass S as seen in the head B.
 
     Args:
         x_s, x_q: (3, 4) poses X_WS, X_WQ (the string mass has the head's axes).
@@ -123,7 +123,7 @@ def relative_motion(x_s: Any, x_q: Any, v_s: Any, v_q: Any) -> Any:
 
 
 def contact_powers(p: Any, v: Any, force: Any, cb: Any, w: Any) -> Any:
-    """Power (W) lost in the ball's damper, lost to friction, and gained from the couple.
+    """Gives the power (W) lost in the ball's damper, lost to friction, and gained from the couple.
 
     cb x'^2 while N > 0; -F . v_t; and f . (w x p), which is what two opposite forces f do when
     they act p apart on a head that turns at w. All vectors in the head's axes.
@@ -139,7 +139,7 @@ def contact_powers(p: Any, v: Any, force: Any, cb: Any, w: Any) -> Any:
 
 
 def contact_forces(x_s: Any, x_q: Any, v_s: Any, v_q: Any, constants: Any) -> Any:
-    """All of a contact from two motions; arguments as `relative_motion` and `contact_law`.
+    """Gives all of a contact from two motions; arguments as `relative_motion` and `contact_law`.
 
     Returns:
         F_Q_W (6,) on the ball; F_S_W (6,) on the string mass; p_SQ_B, v_SQ_B (3,); and the four

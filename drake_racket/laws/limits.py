@@ -1,4 +1,4 @@
-"""Torques at the ends of joints' ranges. `limbs.limits` has the LeafSystem.
+"""Computes torques at the ends of joints' ranges. `limbs.limits` has the LeafSystem.
 
 Law, for a joint of position q and velocity v with the range [lower, upper], with s the angle by
 which it is beyond its upper end (the lower end likewise, with the signs turned):
@@ -25,7 +25,7 @@ def _beyond(q: Any, lower: Any, upper: Any) -> tuple[Any, Any]:
 
 
 def limit_torques(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, damping: Any) -> Any:
-    """Torques (N m) on the joints; all arguments and the result have one entry per joint."""
+    """Computes the limits' torques (N m); arguments and result have one entry per joint."""
     below, above = _beyond(q, lower, upper)
     zero = 0.0 * v
     up = stiffness * below * np.maximum(1.0 - damping * v, zero)
@@ -33,13 +33,13 @@ def limit_torques(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, dampin
 
 
 def limit_energies(q: Any, lower: Any, upper: Any, stiffness: Any) -> Any:
-    """Energy (J) that each joint's limits hold."""
+    """Gives the energy (J) that each joint's limits hold."""
     below, above = _beyond(q, lower, upper)
     return 0.5 * stiffness * (below * below + above * above)
 
 
 def limit_losses(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, damping: Any) -> Any:
-    """Power (W) lost at each joint's limits: what the torque takes less what the spring gains."""
+    """Gives power (W) lost at each joint's limits: what the torque takes, less the spring's."""
     below, above = _beyond(q, lower, upper)
     torque = limit_torques(q, v, lower, upper, stiffness, damping)
     return -torque * v - stiffness * (above - below) * v

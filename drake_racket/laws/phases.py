@@ -1,4 +1,4 @@
-"""The phases of a contact: when ball and strings touch and part, and what that leaves on record.
+"""A contact has phases: when ball and strings touch and part, and what that leaves on record.
 
 A record is a flat array of floats; PHASE, POINT and so on are the places of its numbers. The
 functions change it in place. They run on floats, on AutoDiffXd (an array of objects, into which
@@ -19,7 +19,7 @@ from drake_racket.laws.contact import CONTACT, FREE, PASSED, ball_constants
 
 @dataclass(frozen=True)
 class ContactBodies:
-    """Indices of the plant's bodies, for the ports that list all bodies."""
+    """Holds the indices of the plant's bodies, for the ports that list all bodies."""
 
     ball: int
     strings: tuple[int, ...]  # of the points in order
@@ -27,7 +27,7 @@ class ContactBodies:
 
 @dataclass(frozen=True)
 class ContactModel:
-    """The numbers and choices of a contact, ready for the system below.
+    """Holds the numbers and choices of a contact, ready for the system below.
 
     Attributes:
         ball: speed_low, speed_high (m/s), kb at speed_low (N/m), its growth, cb at speed_low
@@ -79,7 +79,7 @@ NO_TIME = float("nan")
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """What a BallContact has latched, as plain numbers; see its discrete state."""
+    """The record holds what a BallContact has latched, as numbers; see its discrete state."""
 
     phase: float
     point: int
@@ -110,7 +110,7 @@ def contact_record(state: Any) -> ContactRecord:
 
 @compilable
 def nearest_point(grid: Any, x: Any, y: Any) -> int:
-    """Number (from 1) of the point that is nearest to a place in the head (m about the centre)."""
+    """Gives the number (from 1) of the point that is nearest to a place in the head (m)."""
     nearest = 0
     for i in range(1, len(grid)):
         here = (grid[i, 0] - x) ** 2 + (grid[i, 1] - y) ** 2
@@ -121,14 +121,14 @@ def nearest_point(grid: Any, x: Any, y: Any) -> int:
 
 @compilable
 def inside_rim(grid: Any, rim: Any, point: int, p: Any) -> bool:
-    """Is the ball, at p (m) from a point's string mass, over the strings? Else it passes by."""
+    """Tells whether the ball, at p (m) from a point's string mass, is over the strings."""
     x, y = grid[point - 1, 0] + p[0], grid[point - 1, 1] + p[1]
     return bool((x / rim[0]) ** 2 + (y / rim[1]) ** 2 < 1.0)
 
 
 @compilable
 def next_phase(phase: float, gap: Any, rate: Any, raw: Any, inside: bool) -> float:
-    """The phase that follows on `phase` at a state; it may be the same.
+    """Gives the phase that follows on `phase` at a state; it may be the same.
 
     Args:
         gap, rate: height (m) of the ball over the string mass and its rate (m/s).
@@ -160,7 +160,9 @@ def latch(
     by_displacement: Any,
     at_ball: Any,
 ) -> None:
-    """A touch, with the constants of `contact_law` given; kb and cb count at the first one only.
+    """Latches a touch, with the constants of `contact_law` given.
+
+    Kb and cb count at the first only.
 
     Args:
         point: number of the point that is hit.
@@ -189,7 +191,7 @@ def touch(
     scales: Any,
     choices: Any,
 ) -> None:
-    """A touch: the first one latches approach speed, kb and cb; each one the other constants.
+    """Records a touch: the first one latches approach speed, kb and cb; each one the others.
 
     Args:
         point, p, v, time: as of `latch`.
@@ -206,7 +208,7 @@ def touch(
 
 @compilable
 def late_touch(record: Any, p: Any, v: Any, step: float) -> None:
-    """What a discrete step (s) makes up for; a run that starts in contact is not late."""
+    """Tells what a discrete step (s) makes up for; a run that starts in contact is not late."""
     lag = p[2] / v[2]
     if lag > step:
         lag = 0.0 * lag
@@ -224,5 +226,5 @@ def release(record: Any, p: Any, time: Any) -> None:
 
 
 def value_of(x: Any) -> float:
-    """The value of a float or an AutoDiffXd."""
+    """Gives the value of a float or an AutoDiffXd."""
     return float(x) if isinstance(x, (float, int)) else float(x.value())

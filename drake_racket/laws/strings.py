@@ -1,4 +1,4 @@
-"""The string-bed's law: point masses joined by springs. `bed` says which spring ends where.
+"""Has the string-bed's law, point masses joined by springs. `bed` says which ends where.
 
 Law (Glynn et al. 2011, in-text equation for T_i): a spring of rest length L0 whose ends differ in
 height by dz carries the tension
@@ -25,7 +25,7 @@ from drake_racket.laws.compilation import compilable
 
 @compilable
 def spring_law(dz: Any, rate: Any, k: Any, slack: Any, length2: Any, c: Any) -> Any:
-    """Slope dz/L (1) and tension T (N) of springs, one or many alike. Equation: module docstring.
+    """Computes slope dz/L (1) and tension T (N) of springs; the module has the equation.
 
     Args:
         dz, rate: height of one end above the other (m) and its rate (m/s).
@@ -39,7 +39,7 @@ def spring_law(dz: Any, rate: Any, k: Any, slack: Any, length2: Any, c: Any) -> 
 
 @compilable
 def spring_partials(dz: Any, rate: Any, k: Any, slack: Any, length2: Any, c: Any) -> Any:
-    """The transverse force F = T dz/L (N) of springs, and its six partial derivatives.
+    """Gives the transverse force F = T dz/L (N) of springs, and its six partial derivatives.
 
     With L_z = dz/L, slope_z = L0^2/L^3 and T_z = k L_z + c slope_z rate,
     F_z = T_z dz/L + T slope_z; the others likewise.
@@ -61,7 +61,7 @@ def spring_partials(dz: Any, rate: Any, k: Any, slack: Any, length2: Any, c: Any
 
 @compilable
 def spring_energy(dz: Any, k: Any, slack: Any, length2: Any) -> Any:
-    """Energy (J) above the flat spring, T0 (L - L0) + k (L - L0)^2 / 2; as `spring_law`."""
+    """Computes the energy (J) above the flat spring, T0 (L - L0) + k (L - L0)^2 / 2."""
     length0 = np.sqrt(length2)
     # L - L0 without cancellation, since dz is small beside L0
     stretch = dz * dz / (np.sqrt(dz * dz + length2) + length0)
@@ -87,7 +87,7 @@ def tensions(z: Any, zdot: Any, constants: Any, incidence: Any) -> Any:
 
 
 def generalized_forces(z: Any, zdot: Any, constants: Any, incidence: Any) -> Any:
-    """Forces (N) on the masses' prismatic joints, -A^T (T dz/L), (n,). Arguments: `tensions`."""
+    """Computes the forces (N) on the masses' prismatic joints, -A^T (T dz/L), (n,)."""
     slope, tension = _stretch(z, zdot, constants, incidence)
     return -(tension * slope) @ incidence
 
@@ -95,7 +95,7 @@ def generalized_forces(z: Any, zdot: Any, constants: Any, incidence: Any) -> Any
 def add_generalized_forces(
     state: Any, q: Any, v: Any, constants: Any, ends: Any, force: Any, rows: Any
 ) -> None:
-    """`generalized_forces` into rows of a vector, spring by spring: what is fast when compiled.
+    """Adds `generalized_forces` into rows of a vector, spring by spring: fast when compiled.
 
     Args:
         state: of the plant.  q, v: (n,) where heights and rates of the masses are in it.
@@ -121,12 +121,12 @@ def add_generalized_forces(
 
 
 def stored_energy(z: Any, constants: Any, incidence: Any) -> Any:
-    """Energy (J) above the flat bed: sum of T0 (L - L0) + k (L - L0)^2 / 2."""
+    """Gives the energy (J) above the flat bed: sum of T0 (L - L0) + k (L - L0)^2 / 2."""
     return np.sum(spring_energy(incidence @ z, constants[0], constants[1], constants[2]))
 
 
 def dissipated_power(z: Any, zdot: Any, constants: Any, incidence: Any) -> Any:
-    """Power (W) lost in the springs' dampers: sum of c (dL/dt)^2."""
+    """Gives the power (W) lost in the springs' dampers: sum of c (dL/dt)^2."""
     dz = incidence @ z
     rate = dz * (incidence @ zdot) / np.sqrt(dz * dz + constants[2])
     return np.sum(constants[3] * rate * rate)

@@ -1,4 +1,4 @@
-"""Where the integrated losses of an impact stand in an engine's totals.
+"""Says where the integrated losses of an impact stand in an engine's totals.
 
 The first nine are those of ball, friction, racket and hand (J; the impulse on the ball in N s); the
 next three are there with a limb.

@@ -1,4 +1,4 @@
-"""The LeafSystem of passive torques at the ends of a limb's ranges. `laws.limits` has the law.
+"""The LeafSystem here gives passive torques at the ends of ranges. `laws.limits` has the law.
 
 A continuous plant ignores joint limits. A discrete plant enforces them itself: there
 `add_joint_limits` refuses.
@@ -26,7 +26,7 @@ from drake_racket.plant.systems.scalars import on_float
 
 @dataclass(frozen=True)
 class LimitLaw:
-    """The numbers of the law, one per joint: range (rad), stiffness (N m/rad), damping (s/rad)."""
+    """Holds the law's numbers, one per joint: range (rad), stiffness (N m/rad), damping (s/rad)."""
 
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
@@ -36,7 +36,7 @@ class LimitLaw:
 
 @dataclass(frozen=True)
 class LimitCoordinates:
-    """Where the joints sit in a plant's state [q; v]."""
+    """Says where the joints sit in a plant's state [q; v]."""
 
     positions: NDArray[np.int64]
     velocities: NDArray[np.int64]
@@ -46,7 +46,7 @@ class LimitCoordinates:
 
 @TemplateSystem.define("JointLimits_", scope=sys.modules[__name__])
 def JointLimits_(T: Any) -> Any:
-    """The limits as a LeafSystem on the scalar type T; `JointLimits` is that on float."""
+    """Gives the limits as a LeafSystem on the scalar type T; `JointLimits` is that on float."""
 
     class Impl(LeafSystem_[T]):
         """Torques at the ends of joints' ranges; n joints of one degree of freedom.
@@ -171,7 +171,7 @@ def limit_law(
     stiffness: float | Sequence[float] | None = None,
     damping: float | Sequence[float] | None = None,
 ) -> LimitLaw:
-    """The law's numbers for a limb; arguments and errors of `add_joint_limits`."""
+    """Gives the law's numbers for a limb; arguments and errors of `add_joint_limits`."""
     for joint in limb.joints:
         if (joint.num_positions(), joint.num_velocities()) != (1, 1):
             raise InputError(

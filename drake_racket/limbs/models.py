@@ -1,4 +1,4 @@
-"""Any limb: from the user's own plant, from SDF or URDF, or from Drake model directives."""
+"""Adds any limb: from the user's own plant, from SDF or URDF, or from Drake model directives."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SUFFIXES = (".sdf", ".urdf", ".dmd.yaml", ".dmd.yml")
 
 
 def find_limb(plant: MultibodyPlant, hand: Frame) -> Limb:
-    """The limb that carries `hand`: every joint with degrees of freedom between it and the world.
+    """Gives limb that carries `hand`: every joint with degrees of freedom between it and the world.
 
     Before or after `Finalize`.
 
@@ -99,7 +99,7 @@ def add_limb_model(
 
 
 def find_frame(plant: MultibodyPlant, name: str, key: str, *, first: int = 0) -> Frame:
-    """A frame by its name or scoped name, among model instances from index `first` on.
+    """Gives a frame by its name or scoped name, among model instances from index `first` on.
 
     Raises:
         InputError: no frame of that name, or several; naming some that there are.

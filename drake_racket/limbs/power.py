@@ -1,4 +1,4 @@
-"""The energy of a limb: the LeafSystem that meters work and losses, and what the limb holds."""
+"""The LeafSystem here meters a limb's work and losses, and what energy the limb holds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drake_racket.plant.systems.scalars import on_float
 
 @TemplateSystem.define("LimbPower_", scope=sys.modules[__name__])
 def LimbPower_(T: Any) -> Any:
-    """The meter as a LeafSystem on the scalar type T; `LimbPower` is that on float."""
+    """Gives the meter as a LeafSystem on the scalar type T; `LimbPower` is that on float."""
 
     class Impl(LeafSystem_[T]):
         """Powers of a limb's joints, to be integrated (Drake's Integrator).
@@ -69,14 +69,14 @@ LimbPower = on_float(LimbPower_)
 
 
 def make_limb_power(plant: MultibodyPlant, limb: Limb) -> Any:
-    """A LimbPower for `limb` of the finalized `plant`, with the dampings of its joints."""
+    """Gives a LimbPower for `limb` of the finalized `plant`, with the dampings of its joints."""
     damping = np.concatenate([joint.default_damping_vector() for joint in limb.joints])
     velocities = plant.num_positions() + limb.velocity_indices()
     return LimbPower(plant.num_multibody_states(), velocities, damping)
 
 
 def limb_bodies(limb: Limb, plant: MultibodyPlant) -> list[RigidBody]:
-    """The limb's bodies that have mass."""
+    """Gives the limb's bodies that have mass."""
     context = plant.CreateDefaultContext()
     bodies = [
         plant.get_body(index)

@@ -1,4 +1,4 @@
-"""The models under sdf/: rackets, ball and upper limb, written from the shipped parameters.
+"""Writes the models under sdf/, rackets, ball and upper limb, from the shipped parameters.
 
 `make sdf` writes them again; a test compares.
 """
@@ -14,7 +14,7 @@ from drake_racket.plant.sdf import ball_sdf, racket_sdf
 
 
 def shipped_models() -> dict[str, str]:
-    """File name -> text of the models under sdf/.
+    """Gives the file name -> text of the models under sdf/.
 
     A racket has one frame and one grid whatever its tension, so it has one model. The upper limb
     has a right and a left one.

@@ -1,4 +1,4 @@
-"""A limb in the ready-made case: built from the settings, wired, and put into its stroke."""
+"""Builds a limb in the ready-made case from the settings, wires it, and puts it into its stroke."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Integrator
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.limits import add_joint_limits
 from drake_racket.limbs.models import LimbBuilder, add_limb_model, find_limb
@@ -66,9 +67,9 @@ def add_striking_limb(
     return add_limb_model(plant, Path(settings.model), settings.hand, base=settings.base, X_WB=X_WF)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StrikingLimb:
-    """Handles to a limb and its systems in a Diagram.
+    """The StrikingLimb holds handles to a limb and its systems in a Diagram.
 
     Attributes:
         bodies: those of the limb that have mass.
@@ -85,8 +86,12 @@ class StrikingLimb:
     energy: Any | None
     _strokes: dict[str, StrokeState] = field(default_factory=dict, repr=False)
 
+    def __repr__(self) -> str:
+        """Shows the limb."""
+        return shown(self, repr(self.limb))
+
     def generalized_force_ports(self) -> list[OutputPort]:
-        """Forces for the plant's applied_generalized_force."""
+        """Lists the forces for the plant's applied_generalized_force."""
         ports = [self.torques.generalized_force_port()]
         if self.limits is not None:
             ports.append(self.limits.GetOutputPort("generalized_force"))
@@ -129,7 +134,7 @@ class StrikingLimb:
 
 @contextlib.contextmanager
 def limits_are_ours(limb: StrikingLimb | None) -> Iterator[None]:
-    """Without Drake's warning that a continuous plant has no joint limits, where `limits` are.
+    """Silences Drake's warning that a continuous plant has no joint limits, where `limits` are.
 
     Drake gives it when reactions are first evaluated. Without `limits` it is true, and is left.
     """

@@ -1,6 +1,6 @@
-"""The state in which a limb strikes: racket where, and moving as, a user wants it.
+"""Finds the state in which a limb strikes: racket where, and moving as, a user wants it.
 
-Frames, and how a stroke is described: `stroke_target`.
+Frames, and how a stroke is described: `parameters.stroke`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _ANGULAR_JOINTS = ("revolute", "universal", "ball_rpy")
 
 @dataclass(frozen=True)
 class StrokeState:
-    """The limb's state for a stroke; see `apply_stroke`.
+    """Holds the limb's state for a stroke; see `apply_stroke`.
 
     Attributes:
         names: (n,) of the limb's position coordinates, joint names where a joint has one.
@@ -72,7 +72,7 @@ def solve_stroke(
     held_frame: Frame | None = None,
     context: Context | None = None,
 ) -> StrokeState:
-    """Joint positions and velocities with which `limb` moves `racket_frame` as `stroke` says.
+    """Finds joint positions and velocities that move `racket_frame` as `stroke` says.
 
     The racket is rigid: its own joints rest at zero, and so does a joint between it and the hand.
     The posture is the one nearest to the guess (sum of squares), the velocity the one with the
@@ -153,7 +153,7 @@ def apply_stroke(
 
 
 def coordinate_names(limb: Limb) -> tuple[str, ...]:
-    """(n,) names of the limb's position coordinates: joint names where a joint has one.
+    """Gives (n,) names of the limb's position coordinates: joint names where a joint has one.
 
     Raises:
         InputError: a joint of the limb whose positions are not angles or lengths.
@@ -168,7 +168,7 @@ def coordinate_names(limb: Limb) -> tuple[str, ...]:
 
 
 def racket_joints(limb: Limb, racket: ModelInstanceIndex) -> list[Joint]:
-    """The racket's joints, and the one that holds it, unless it is the limb's or leaves it free."""
+    """Lists the racket's joints, and the one that holds it unless it is the limb's."""
     plant, own = limb.plant, {joint.index() for joint in limb.joints}
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     return [

@@ -1,4 +1,4 @@
-"""The posture of a limb that puts a frame C of the racket where a user wants it.
+"""Finds the posture of a limb that puts a frame C of the racket where a user wants it.
 
 Drake's InverseKinematics finds the posture nearest to a guess; Newton steps on the exact kinematics
 then take it from the optimizer's tolerance (1e-6) to round-off.
@@ -51,13 +51,13 @@ class HandKinematics:
         self.plant.SetPositions(self.context, everything)
 
     def pose(self, q: Vector) -> RigidTransform:
-        """X_WC at limb positions q."""
+        """Gives X_WC at limb positions q."""
         self.evaluations += 1
         self.set_positions(q)
         return self.limb.hand.CalcPoseInWorld(self.context) @ self.X_HC
 
     def jacobian(self, *, of_rates: bool) -> Vector:
-        """(6, n) V_WC in W (rotation, translation) per joint velocity, or per rate of position."""
+        """Gives (6, n) V_WC in W per joint velocity, or per rate of position."""
         kind = JacobianWrtVariable.kQDot if of_rates else JacobianWrtVariable.kV
         world: Frame = self.plant.world_frame()
         whole = self.plant.CalcJacobianSpatialVelocity(
@@ -70,7 +70,7 @@ class HandKinematics:
 
 @dataclass(frozen=True)
 class Posture:
-    """What the search ends with: the limb's q, and how far C is from what was asked.
+    """Says what the search ends with: the limb's q, and how far C is from what was asked.
 
     Attributes:
         q: (n,) joint positions.
@@ -85,12 +85,12 @@ class Posture:
 
     @property
     def error(self) -> float:
-        """Largest error; 0 if nothing was asked for."""
+        """Gives the largest error; 0 if nothing was asked for."""
         return float(np.abs(self.residual).max(initial=0.0))
 
 
 def find_posture(hand: HandKinematics, target: PoseTarget, guess: Vector) -> Posture:
-    """The posture nearest to `guess` (sum of squares of joint differences) that meets the target.
+    """Gives posture nearest to `guess` (sum of squares of joint differences) that meets the target.
 
     Nearest among the neighbours of the first start that leads to the target: the guess itself if
     it does. If no start does, the posture with the least error that a bounded least-squares search

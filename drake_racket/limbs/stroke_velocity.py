@@ -1,4 +1,4 @@
-"""The joint velocities of a limb that move a frame of the racket as a user wants it."""
+"""Finds the joint velocities that move a frame of the racket as a user wants it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TOLERANCE = 1e-10
 
 @dataclass(frozen=True)
 class JointVelocities:
-    """What the solve ends with.
+    """Says what the solve ends with.
 
     Attributes:
         v: (n,) joint velocities.
@@ -36,7 +36,7 @@ class JointVelocities:
 
 
 def find_joint_velocities(J: Vector, V_WC: Vector) -> JointVelocities:
-    """Least squares of J v = V_WC, and of its solutions the one with the least sum of v^2.
+    """Gives least squares of J v = V_WC, and of its solutions the one with the least sum of v^2.
 
     The plain norm, not one weighted by masses: how the racket is held (welded, by a bushing) then
     does not change the arm's motion. Free components put no row into the system.

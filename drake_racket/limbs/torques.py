@@ -1,4 +1,4 @@
-"""What the muscles do during an impact: torques on a limb's joints, constant or a user's own.
+"""Muscles act during an impact as torques on a limb's joints, constant or a user's own.
 
 An impact lasts about 5 ms, less than a reflex takes: constant torques stand for muscles that do not
 answer it. Three choices for them, from `initial_torques`, at the state before the impact:
@@ -33,7 +33,7 @@ from drake_racket.plant.racket import Racket
 def initial_torques(
     kind: str, plant: MultibodyPlant, context: Context, limb: Limb, racket: Racket
 ) -> Vector:
-    """Joint torques (n,) at the state of the plant's `context`, in the order of the limb's v.
+    """Computes joint torques (n,) at the state of the plant's `context`, in the order of v.
 
     Raises:
         InputError: unknown kind.
@@ -49,7 +49,7 @@ def initial_torques(
 
 
 def hold_torques(plant: MultibodyPlant, context: Context, limb: Limb) -> Vector:
-    """Torques (n,) under which the limb's joints have no acceleration; all else moves freely.
+    """Computes torques (n,) under which the limb's joints do not accelerate; all else is free.
 
     With M v' + b = S tau, b from inverse dynamics at v' = 0, and v'_L = 0, the others follow from
     M_RR v'_R = -b_R, and tau = M_LR v'_R + b_L.
@@ -64,7 +64,7 @@ def hold_torques(plant: MultibodyPlant, context: Context, limb: Limb) -> Vector:
 
 
 def carry_torques(plant: MultibodyPlant, context: Context, limb: Limb, racket: Racket) -> Vector:
-    """Torques (n,) under which limb and racket, rigid in the hand, have no joint acceleration.
+    """Computes torques (n,) under which limb and racket, rigid in the hand, do not accelerate.
 
     Inverse dynamics at v'_L = 0. For a racket that is a free body: with the acceleration of a body
     rigid in the hand, and the wrench that this takes put on the hand. The state must be one in
@@ -98,7 +98,7 @@ def _inverse_dynamics(plant: MultibodyPlant, context: Context, vdot: Vector) -> 
 
 @dataclass(frozen=True)
 class JointTorques:
-    """Handles to the torques on a limb's joints.
+    """The JointTorques hold handles to the torques on a limb's joints.
 
     Attributes:
         limb: whose joints.
@@ -106,7 +106,7 @@ class JointTorques:
         selector: takes the torques (n,) to the plant's actuation or generalized forces.
         actuators: of the joints, in order, if the torques go to the plant's actuation port (which
             is then connected); empty if not: connect `generalized_force_port` with
-            `diagram.connect_forces`.
+            `plant.compose.connect_forces`.
 
     """
 
@@ -140,7 +140,7 @@ class JointTorques:
         self.source.get_mutable_source_value(context).SetFromVector(torques)
 
     def generalized_force_port(self) -> OutputPort | None:
-        """For the plant's applied_generalized_force; None where the actuation takes them."""
+        """Gives the port for applied_generalized_force; None where the actuation takes them."""
         return None if self.actuators else self.selector.get_output_port()
 
 

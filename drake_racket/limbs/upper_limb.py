@@ -1,6 +1,6 @@
 """Adds the shipped upper limb to a plant: seven joints from the shoulder to the fist.
 
-Axes, zero posture and signs of the joints: see `upper_limb_sdf`. Masses: `upper_limb_parameters`.
+Axes, zero posture and signs of the joints: see `upper_limb_sdf`. Masses: `parameters.limb`.
 
 A continuous plant ignores the limits of joints: `joint_limits` has torques for them.
 """
@@ -104,7 +104,7 @@ def add_upper_limb(
 
 
 def find_upper_limb(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Limb:
-    """Handles to an upper limb that the user's own parser has added (from sdf/, say).
+    """Gives handles to an upper limb that the user's own parser has added (from sdf/, say).
 
     Raises:
         InputError: the model instance is not an upper limb of this package.

@@ -1,4 +1,4 @@
-"""SDF of the shipped upper limb, right or left, written from its parameters.
+"""Writes the SDF of the shipped upper limb, right or left, from its parameters.
 
 The files sdf/upper_limb.sdf (right) and sdf/upper_limb_left.sdf are this module's output.
 
@@ -57,7 +57,7 @@ def upper_limb_sdf(
     side: str = "right",
     grip_rotation: float = 0.0,
 ) -> str:
-    """SDF text of one upper limb.
+    """Gives SDF text of one upper limb.
 
     Links: `shoulder` (massless; weld it to the trunk), `upper_arm`, `forearm`, `fist`, each with
     its origin at its proximal joint, and four massless ones between joints in one place. Frames:
@@ -93,7 +93,7 @@ def upper_limb_sdf(
 
 
 def hand_rotation(limb: UpperLimbParameters, side: str, grip_rotation: float) -> RotationMatrix:
-    """Rotation R_FH of the hand frame H in the fist's link F.
+    """Gives the rotation R_FH of the hand frame H in the fist's link F.
 
     x, from butt to tip, leaves the fist on the thumb's side, inclined to the fingers by
     `grip.inclination`. z is the normal of the strings on the side the ball comes from: out of the
@@ -183,7 +183,7 @@ def _frame(
 
 
 def shipped_limb_models() -> dict[str, str]:
-    """File name -> text of the limbs under sdf/."""
+    """Gives the file name -> text of the limbs under sdf/."""
     limb = load_upper_limb()
     return {
         "upper_limb.sdf": upper_limb_sdf(limb, "upper_limb"),

@@ -1,1 +1,1 @@
-"""The parameter files and their schemas: racket, ball, grip, limb, scenario."""
+"""Reads and checks the parameter files: racket, ball, grip, limb, scenario."""

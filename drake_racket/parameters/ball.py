@@ -1,4 +1,4 @@
-"""The ball file and its checks. Every number carries unit, status and source (see `quantities`)."""
+"""Reads and checks the ball file; its numbers carry unit, status and source (`quantities`)."""
 
 import os
 from dataclasses import dataclass
@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import Schema, Text, read
+from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.yaml_files import load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
 
 BALLS = ("penn_titanium",)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BallParameters(Schema):
-    """A point-mass ball; kb and cb are linear in the normal approach speed; see `contact`."""
+    """The ball is a point mass; kb and cb are linear in its approach speed (`laws.contact`)."""
 
     name: Text
     title: Text
@@ -30,6 +30,10 @@ class BallParameters(Schema):
     sliding_speed_scale: Annotated[Quantity, Of("m/s")]
     sliding_distance_scale: Annotated[Quantity, Of("m")]
     notes: tuple[Text, ...]
+
+    def __repr__(self) -> str:
+        """Shows name and title."""
+        return shown(self, f"{self.name}: {self.title}")
 
 
 def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:

@@ -13,7 +13,7 @@ BENDING_AXES = {"in_plane": "z", "out_of_plane": "y"}
 
 @dataclass(frozen=True)
 class FrameJoint:
-    """One revolute joint with a torsional spring-damper, tau = -stiffness q - damping q'.
+    """A frame joint is a revolute joint with a torsional spring-damper, tau = -k q - d q'.
 
     Attributes:
         name: of the joint.  axis: `x`, `y` or `z` of the racket.
@@ -30,12 +30,14 @@ class FrameJoint:
 
     @property
     def axis_index(self) -> int:
-        """0, 1, 2 for x, y, z: the joint's place among roll, pitch and yaw."""
+        """Gives 0, 1, 2 for x, y, z: the joint's place among roll, pitch and yaw."""
         return AXES.index(self.axis)
 
 
 def bushing_constants(joints: Sequence[FrameJoint]) -> tuple[list[float], list[float]]:
-    """Torque stiffness (N m/rad) and damping (N m s/rad) in roll, pitch and yaw; 0 without a joint.
+    """Gives torque stiffness (N m/rad) and damping (N m s/rad) in roll, pitch and yaw.
+
+    0 without a joint.
 
     Roll, pitch and yaw are the joints' angles if the joints turn about z, then y, then x.
     """

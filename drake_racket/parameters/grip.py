@@ -1,4 +1,4 @@
-"""The grip file: six spring-dampers of a hand on a handle. `plant.grip` puts them on a plant.
+"""Reads the grip file: a hand's six spring-dampers. `plant.grip` puts them on a plant.
 
 No source at hand prints the numbers: the shipped ones are inferred. The default, `normal`, is the
 stiffness that the soft tissue of a palm has over the breadth of a hand (data/grip_normal.yaml);
@@ -14,7 +14,7 @@ from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_text
-from drake_racket.io.schema import Schema, Text, read
+from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.yaml_files import dump_text, load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantities
 
@@ -24,9 +24,9 @@ GRIP_KINDS = ("compliant", "torsional", "weld")
 """Six spring-dampers; three torsional ones about a point that the hand holds; or rigid."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GripStiffness(Schema):
-    """The six spring-dampers of a grip: lists of three, about or along x, y and z of the hand."""
+    """The grip is six spring-dampers: lists of three, about or along x, y and z of the hand."""
 
     name: Text
     title: Text
@@ -36,8 +36,12 @@ class GripStiffness(Schema):
     torque_damping: Annotated[Quantities, Of("N*m*s/rad", sign="non-negative", least=3)]
     notes: tuple[Text, ...]
 
+    def __repr__(self) -> str:
+        """Shows name and title."""
+        return shown(self, f"{self.name}: {self.title}")
+
     def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
-        """All six stiffnesses times `factor`; the dampings times `damping_factor`.
+        """Multiplies all six stiffnesses by `factor`, and the dampings by `damping_factor`.
 
         By default the dampings grow with the root of the stiffness, which keeps the damping ratio
         of a racket that moves as a rigid body in the hand.

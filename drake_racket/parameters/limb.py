@@ -1,4 +1,4 @@
-"""The parameter file of the shipped upper limb: segments, joints, and how they scale.
+"""Reads the file of the shipped upper limb: segments, joints, and how they scale.
 
 Segments are those of de Leva (1996), Adjustments to Zatsiorsky-Seluyanov's segment inertia
 parameters, J. Biomech. 29(9):1223-1230, Table 4. A segment's sagittal axis runs from back to front
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
-from drake_racket.io.schema import Schema, Text, read
+from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.yaml_files import load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
 
@@ -36,7 +36,7 @@ JOINTS = (
 
 @dataclass(frozen=True)
 class Subject(Schema):
-    """Whose limb it is."""
+    """The subject is whose limb it is."""
 
     mass: Annotated[Quantity, Of("kg")]
     height: Annotated[Quantity, Of("m")]
@@ -44,7 +44,7 @@ class Subject(Schema):
 
 @dataclass(frozen=True)
 class Segment(Schema):
-    """One rigid segment, from its proximal to its distal joint centre."""
+    """Holds one rigid segment, from its proximal to its distal joint centre."""
 
     length: Annotated[Quantity, Of("m")]
     mass_fraction: Annotated[Quantity, Of("1")]  # of the body's mass
@@ -58,7 +58,7 @@ class Segment(Schema):
 
 @dataclass(frozen=True)
 class GripPlace(Schema):
-    """Where the racket's grip frame lies in the fist."""
+    """Says where the racket's grip frame lies in the fist."""
 
     distal: Annotated[Quantity, Of("m")]  # from the wrist along the hand
     palmar: Annotated[Quantity, Of("m", sign="non-negative")]  # from there out of the palm
@@ -67,7 +67,7 @@ class GripPlace(Schema):
 
 @dataclass(frozen=True)
 class JointParameters(Schema):
-    """One joint: its range of motion, its damping, and the stiffness of the range's ends."""
+    """Holds one joint: its range of motion, its damping, and the stiffness of the range's ends."""
 
     lower: Annotated[Quantity, Of("rad", sign="any")]
     upper: Annotated[Quantity, Of("rad", sign="any")]
@@ -77,7 +77,7 @@ class JointParameters(Schema):
 
 @dataclass(frozen=True)
 class JointSet(Schema):
-    """The seven joints."""
+    """Holds the seven joints."""
 
     shoulder_abduction: JointParameters
     shoulder_flexion: JointParameters
@@ -88,9 +88,9 @@ class JointSet(Schema):
     wrist_deviation: JointParameters
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class UpperLimbParameters(Schema):
-    """The whole content of one parameter file of an upper limb."""
+    """The parameters are the whole content of one file of an upper limb."""
 
     name: Text
     title: Text
@@ -102,6 +102,10 @@ class UpperLimbParameters(Schema):
     joints: JointSet
     limit_damping: Annotated[Quantity, Of("s/rad", sign="non-negative")]
     notes: tuple[Text, ...]
+
+    def __repr__(self) -> str:
+        """Shows name and title."""
+        return shown(self, f"{self.name}: {self.title}")
 
     def segment(self, name: str) -> Segment:
         """The segment `upper_arm`, `forearm` or `hand`."""

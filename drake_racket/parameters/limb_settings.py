@@ -1,4 +1,4 @@
-"""The part of a scenario that says which limb holds the racket, and in which stroke."""
+"""Limb settings say, in a scenario, which limb holds the racket, and in which stroke."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from drake_racket.io.numbers import plain_numbers
-from drake_racket.io.schema import Flag, Number, OneOf, Schema, Text, Three, Vector
+from drake_racket.io.schema import Flag, Number, OneOf, Schema, Text, Three, Vector, shown_changes
 from drake_racket.parameters.stroke import Stroke
 
 JOINT_TORQUES = ("zero", "hold", "carry")
 """What the limb's muscles do during the impact; see `limbs.torques`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LimbSettings(Schema):
-    """A limb, where it stands, and what it does. SI units; angles in degrees, as their names say.
+    """The settings say which limb, where it stands, and what it does; angles in degrees.
 
     Attributes:
         model: `upper_limb` (the shipped one), or the path of an SDF, URDF or model directives file
@@ -28,7 +28,7 @@ class LimbSettings(Schema):
         base: of a file's limb, the frame that is welded to the world; empty if the file does that.
         hand: of a file's limb, the frame on which the racket's grip frame lies.
         limits: passive torques at the ends of the shipped limb's ranges.
-        joint_torques: during the impact: `zero`, `hold` or `carry`, constant; see `joint_torques`.
+        joint_torques: during the impact: `zero`, `hold` or `carry`, constant; see `limbs.torques`.
         stroke: place and motion of the racket at the start.
 
     """
@@ -50,8 +50,12 @@ class LimbSettings(Schema):
         """Numbers become Python floats."""
         plain_numbers(self)
 
+    def __repr__(self) -> str:
+        """Shows what differs from the defaults."""
+        return shown_changes(self)
+
     def topology(self) -> tuple[object, ...]:
-        """What a Diagram is built from; the stroke and the torques are set in its Context."""
+        """Tells what a Diagram is built from; stroke and torques are set in its Context."""
         subject = (self.side, self.mass, self.height, self.grip_rotation_deg)
         place = (*self.place, self.trunk_azimuth_deg)
         return (self.model, *subject, place, self.base, self.hand, self.limits)

@@ -1,4 +1,4 @@
-"""Single numbers of racket, ball and grip, set by their dotted keys.
+"""Sets single numbers of racket, ball and grip by their dotted keys.
 
     racket.head.mass, ball.stiffness_low           as in the parameter files
     racket.string_bed.stiffness.k1                 a member of a list: k, p, mu and its number; x, y
@@ -51,7 +51,7 @@ _PREFIXES: dict[type, str] = {
 
 @dataclass(frozen=True)
 class ParameterKey:
-    """What a key stands for: the unit, and the value that it has now."""
+    """A ParameterKey says what a key stands for: the unit, and the value that it has now."""
 
     unit: str
     value: float
@@ -70,7 +70,7 @@ class _Place:
 def parameter_keys(
     racket: RacketParameters, ball: BallParameters, grip: GripStiffness
 ) -> dict[str, ParameterKey]:
-    """Every key that may be overridden, with its unit and its value in these parameters."""
+    """Lists every key that may be overridden, with its unit and its value in these parameters."""
     return {
         key: ParameterKey(place.unit, place.value)
         for parameters in (racket, ball, grip)
@@ -79,7 +79,7 @@ def parameter_keys(
 
 
 def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = "overrides") -> P:
-    """A checked copy of a racket's, ball's or grip's parameters with the numbers of its keys.
+    """Gives a checked copy of a racket's, ball's or grip's parameters with the numbers of its keys.
 
     Keys with another first word than theirs (racket, ball, grip) are left alone. The numbers'
     status becomes `inferred`, and their source tells what the file has.

@@ -1,4 +1,4 @@
-"""Numbers that carry their unit, their source and how they are known."""
+"""Numbers here carry their unit, their source and how they are known."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from drake_racket.io.errors import InputError
+from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.numbers import plain_numbers
 from drake_racket.io.schema import After, Number, OneOf, Schema, Text, refusal
 
@@ -29,9 +29,13 @@ def _source(text: str) -> str:
 _Source = Annotated[Text, After(_source)]
 
 
-@dataclass(frozen=True)
+def _with_unit(number: str, unit: str, status: str) -> str:
+    return one_line(f"{number} ({status})" if unit == "1" else f"{number} {unit} ({status})", 120)
+
+
+@dataclass(frozen=True, repr=False)
 class Quantity(Schema):
-    """One number with its unit and its provenance."""
+    """A quantity is one number with its unit and its provenance."""
 
     value: _Value
     unit: Text
@@ -42,10 +46,14 @@ class Quantity(Schema):
         """NumPy's numbers become Python's: SDF and YAML are written from them."""
         plain_numbers(self)
 
+    def __repr__(self) -> str:
+        """Shows the number, its unit and how it is known."""
+        return _with_unit(f"{self.value!r}", self.unit, self.status)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Quantities(Schema):
-    """A list of numbers of one kind with their unit and provenance."""
+    """The quantities are a list of numbers of one kind, with their unit and provenance."""
 
     value: tuple[_Value, ...]
     unit: Text
@@ -53,13 +61,18 @@ class Quantities(Schema):
     source: _Source
 
     def __post_init__(self) -> None:
-        """As a Quantity's."""
+        """NumPy's numbers become Python's, as those of a Quantity."""
         plain_numbers(self)
+
+    def __repr__(self) -> str:
+        """Shows the numbers, their unit and how they are known."""
+        numbers = one_line(", ".join(map(repr, self.value)), 80)
+        return _with_unit(f"[{numbers}]", self.unit, self.status)
 
 
 @dataclass(frozen=True)
 class Choice(Schema):
-    """A named reading or convention with its provenance."""
+    """A choice is a named reading or convention with its provenance."""
 
     value: Text
     status: _Status
@@ -68,7 +81,7 @@ class Choice(Schema):
 
 @dataclass(frozen=True)
 class Assignment(Schema):
-    """Names of parts of the model -> names of parameters, with provenance."""
+    """An assignment maps parts of the model to names of parameters, with provenance."""
 
     value: dict[Text, Text]
     status: _Status
@@ -83,7 +96,7 @@ Sourced = Quantity | Quantities | Choice | Assignment
 
 
 class Of(After):
-    """The rule of a Quantity or of Quantities: its unit and sign, and how many at least.
+    """Holds the rule of a Quantity or of Quantities: its unit and sign, and how many at least.
 
     Args:
         unit: as the file must write it.
@@ -111,7 +124,7 @@ class Of(After):
 
 
 class Named(After):
-    """The rule of a Choice: one of some names."""
+    """Holds the rule of a Choice: one of some names."""
 
     def __init__(self, *names: str) -> None:
         super().__init__(self._check)
@@ -124,7 +137,7 @@ class Named(After):
 
 
 def sourced_fields(parameters: object, path: str = "") -> Iterator[tuple[str, Sourced]]:
-    """All sourced values below a parameter dataclass, depth first, with their dotted keys."""
+    """Gives all sourced values below a parameter dataclass, depth first, with their dotted keys."""
     for item in dataclasses.fields(typing.cast(Any, parameters)):
         value = getattr(parameters, item.name)
         key = f"{path}.{item.name}" if path else item.name

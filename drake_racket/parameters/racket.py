@@ -18,7 +18,7 @@ from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import finite_number
-from drake_racket.io.schema import Schema, Text, read
+from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.laws.bed import BedTopology, grid_topology
@@ -45,7 +45,7 @@ JOINT_READINGS = ("by_axis", "as_printed")
 
 @dataclass(frozen=True)
 class Part(Schema):
-    """A rigid part of the frame. The moments of inertia are about the part's centre of mass."""
+    """A part is one rigid body of the frame; its moments are about its centre of mass."""
 
     mass: Annotated[Quantity, Of("kg")]
     length: Annotated[Quantity, Of("m")]
@@ -57,7 +57,7 @@ class Part(Schema):
 
 @dataclass(frozen=True)
 class ThroatJoint(Schema):
-    """The two torsional spring-dampers between handle and head, labelled as the source prints."""
+    """The throat joint is two spring-dampers, labelled as the source prints."""
 
     reading: Annotated[Choice, Named(*JOINT_READINGS)]
     stiffness_in: Annotated[Quantity, Of("N*m/rad")]
@@ -66,7 +66,7 @@ class ThroatJoint(Schema):
     damping_out: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
 
     def labels(self) -> dict[str, str]:
-        """Plane of bending -> the printed label that stands for it in this reading.
+        """Maps each plane of bending to the printed label that stands for it in this reading.
 
         `as_printed` takes the labels as directions of bending. `by_axis` takes them as the axis of
         rotation: "in" is rotation about the in-plane axis (y), which bends the racket out of its
@@ -76,32 +76,32 @@ class ThroatJoint(Schema):
         return dict(zip(BENDING_AXES, ("in", "out") if printed else ("out", "in"), strict=True))
 
     def constants(self, plane: str) -> tuple[float, float]:
-        """Stiffness (N m/rad) and damping (N m s/rad) of bending `in_plane` or `out_of_plane`."""
+        """Gives stiffness (N m/rad) and damping (N m s/rad) of bending in one plane."""
         label = self.labels()[plane]
         stiffness: Quantity = getattr(self, f"stiffness_{label}")
         damping: Quantity = getattr(self, f"damping_{label}")
         return stiffness.value, damping.value
 
     def in_plane(self) -> tuple[float, float]:
-        """`constants` of in-plane bending, about z."""
+        """Gives the `constants` of in-plane bending, about z."""
         return self.constants("in_plane")
 
     def out_of_plane(self) -> tuple[float, float]:
-        """`constants` of out-of-plane bending, about y."""
+        """Gives the `constants` of out-of-plane bending, about y."""
         return self.constants("out_of_plane")
 
 
 @dataclass(frozen=True)
 class Landmarks(Schema):
-    """Named places on the handle, from the butt along x."""
+    """The landmarks are named places on the handle, from the butt along x."""
 
     grip: Annotated[Quantity, Of("m", sign="non-negative")]
     accelerometer: Annotated[Quantity, Of("m", sign="non-negative")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RacketParameters(Schema):
-    """One racket with one string-bed: the whole content of one parameter file."""
+    """The parameters are one racket with one string-bed: the whole content of one file."""
 
     name: Text
     title: Text
@@ -113,38 +113,42 @@ class RacketParameters(Schema):
     friction: FrictionParameters
     notes: tuple[Text, ...]
 
+    def __repr__(self) -> str:
+        """Shows name and title."""
+        return shown(self, f"{self.name}: {self.title}")
+
     def bed_topology(self) -> BedTopology:
-        """Which points the string-bed has, and which spring ends where."""
+        """Tells which points the string-bed has, and which spring ends where."""
         return grid_topology(self.string_bed.columns, self.string_bed.rows)
 
     def frame_joints(self) -> tuple[FrameJoint, ...]:
-        """The joints between handle and head, in their order from the butt."""
+        """Lists the joints between handle and head, in their order from the butt."""
         return tuple(
             FrameJoint(plane, axis, self.handle.length.value, *self.throat_joint.constants(plane))
             for plane, axis in BENDING_AXES.items()
         )
 
     def point_in_head(self, number: int) -> tuple[float, float]:
-        """Rest position (x, y) (m) of a string-bed point from the throat joint, in the head."""
+        """Gives the rest position (x, y) (m) of a point in the head, from the throat joint."""
         bed = self.string_bed
         x, y = self.bed_topology().places[number - 1].tolist()
         return bed.gsc.value + x * bed.spacing.value, y * bed.spacing.value
 
     def point(self, number: int) -> tuple[float, float, float]:
-        """Rest position p_RoS_R (m) of a string-bed point in the undeformed racket."""
+        """Gives the rest position p_RoS_R (m) of a string-bed point in the undeformed racket."""
         x, y = self.point_in_head(number)
         return self.handle.length.value + x, y, 0.0
 
     def centre(self) -> tuple[float, float, float]:
-        """The geometric string-bed centre in the undeformed racket, from R's origin (m)."""
+        """Gives the geometric string-bed centre in the undeformed racket, from R's origin (m)."""
         return self.handle.length.value + self.string_bed.gsc.value, 0.0, 0.0
 
     def string_mass(self) -> float:
-        """Mass (kg) of one point of the string-bed."""
+        """Gives the mass (kg) of one point of the string-bed."""
         return self.string_bed.mass.value / len(self.bed_topology().points)
 
     def friction_coefficients(self) -> list[float]:
-        """The coefficient at every point, in order."""
+        """Lists the coefficient at every point, in order."""
         mu, points = self.friction.coefficients.value, self.friction.points.value
         return [mu[int(points[str(i)][2:]) - 1] for i in self.bed_topology().points]
 

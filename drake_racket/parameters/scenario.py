@@ -1,4 +1,4 @@
-"""One impact as data: the frozen scenario that describes a run.
+"""A scenario is one impact as data, frozen; it describes a run.
 
 `cases.resolve` loads what a scenario names and checks the whole.
 """
@@ -27,6 +27,7 @@ from drake_racket.io.schema import (
     Vector,
     read,
     refusal,
+    shown_changes,
 )
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.parameters.ball import BallParameters, load_ball
@@ -41,9 +42,9 @@ MAXIMUM_STEP = 2e-4
 """s, of a run with an impact: the default, and the longest measured (docs/performance.md)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class IntegratorSettings(Schema):
-    """How a continuous plant is integrated; the defaults come from docs/performance.md.
+    """The settings say how a continuous plant is integrated; docs/performance.md has the reasons.
 
     Attributes:
         scheme: of Drake's integrators.
@@ -61,6 +62,10 @@ class IntegratorSettings(Schema):
     def __post_init__(self) -> None:
         """Numbers become Python floats."""
         plain_numbers(self)
+
+    def __repr__(self) -> str:
+        """Shows what differs from the defaults."""
+        return shown_changes(self)
 
 
 def check_integrator(
@@ -100,20 +105,20 @@ def _time_step(step: float) -> float:
     return step
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scenario(Schema):
-    """One impact. SI units; angles in degrees, as their names say.
+    """A scenario is one impact as data. SI units; angles in degrees, as their names say.
 
     Attributes:
         racket, tension, ball: names of shipped parameter files, paths of the user's own, or for
-            the tension a number in N; see `parameters.load_racket` and `load_ball`.
+            the tension a number in N; see `load_racket` and `load_ball`.
         joint_reading: `by_axis`, `as_printed`, or empty for what the racket's file says.
-        friction_reading, reaction_point: see `diagram.add_impact`.
+        friction_reading, reaction_point: see `plant.compose.add_impact`.
         support: `free`, `clamped_head` (head welded to the world), `clamped_handle`, `grip`
-            (a hand fixed in the world; see `grip`), or `limb` (a hand at the end of a limb).
+            (a hand fixed in the world; see `plant.grip`), or `limb` (a hand at the end of a limb).
         grip, grip_kind: of the hand, by name or file: `loose`, `normal`, `tight`; and `compliant`,
-            `torsional` or `weld` (see `grip`).
-        limb: with support `limb`, which one, and its stroke: `limbs.settings`.
+            `torsional` or `weld` (see `plant.grip`).
+        limb: with support `limb`, which one, and its stroke: `LimbSettings`.
         overrides: single numbers of racket, ball and grip in place of their files', by dotted key:
             `racket.head.mass`, `ball.stiffness_low`, `grip.force_stiffness.x`; see `overrides`.
         point: a number (`1` to `9` on a bed of nine), or `auto` for the point nearest to the ball
@@ -124,7 +129,7 @@ class Scenario(Schema):
         approach_time: flight before touch.  after: time simulated from touch on.
         gravity: in the world; that is the racket's initial frame R but where a limb holds it.
         time_step: 0 for a continuous plant, else the step of a discrete one.
-        audit: integrate losses and impulse beside the motion (`energy`).
+        audit: integrate losses and impulse beside the motion (`results.energy`).
 
     """
 
@@ -158,31 +163,35 @@ class Scenario(Schema):
             object.__setattr__(self, name, str(getattr(self, name)))
         plain_numbers(self)
 
+    def __repr__(self) -> str:
+        """Shows what differs from the defaults."""
+        return shown_changes(self)
+
     def point_number(self) -> int:
-        """1 to the number of points, or 0 for `auto`."""
+        """Gives the point's number from 1 on, or 0 for `auto`."""
         return 0 if self.point == "auto" else int(self.point)
 
     def load_racket(self) -> RacketParameters:
-        """The racket's parameters, with the overrides; raises InputError."""
+        """Loads the racket's parameters, with the overrides; raises InputError."""
         racket = load_racket(self.racket, self.tension, joint_reading=self.joint_reading or None)
         return apply_overrides(racket, self.overrides)
 
     def load_ball(self) -> BallParameters:
-        """The ball's parameters, with the overrides; raises InputError."""
+        """Loads the ball's parameters, with the overrides; raises InputError."""
         return apply_overrides(load_ball(self.ball), self.overrides)
 
     def load_grip(self) -> GripStiffness:
-        """The hand's grip, with the overrides; raises InputError."""
+        """Loads the hand's grip, with the overrides; raises InputError."""
         return apply_overrides(load_grip(self.grip), self.overrides)
 
     def aim(self, racket: RacketParameters) -> NDArray[np.float64]:
-        """Where the ball is aimed, p_RoA_R (m)."""
+        """Tells where the ball is aimed, p_RoA_R (m)."""
         number = self.point_number()
         x, y, z = racket.point(number) if number else racket.centre()
         return np.array([x + self.offset_x, y + self.offset_y, z])
 
     def ball_velocity(self) -> NDArray[np.float64]:
-        """Initial velocity of the ball in R (m/s)."""
+        """Gives the initial velocity of the ball in R (m/s)."""
         incidence, azimuth = math.radians(self.incidence_deg), math.radians(self.azimuth_deg)
         tangential = self.speed * math.sin(incidence)
         return np.array(

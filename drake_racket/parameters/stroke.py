@@ -1,4 +1,4 @@
-"""What a user asks of a racket at impact: its place, its face, and its motion.
+"""A stroke says what a user asks of a racket at impact: its place, its face, and its motion.
 
 World frame W: z up, x forward (towards the net), y to the left. The racket's frame C is `gsc`,
 the centre of the string-bed: x to the tip, z normal to the strings on the ball's side. The face is
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.numbers import number_between, plain_numbers
-from drake_racket.io.schema import Number, OneOf, Schema, Text, Three, read
+from drake_racket.io.schema import Number, OneOf, Schema, Text, Three, read, shown_changes
 
 Vector = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ _STEEPEST = 89.0  # degrees; at 90 the heading of the face, or of the racket, is
 
 
 def face_rotation(closed: float, azimuth: float, tip_elevation: float, tip_side: str) -> Vector:
-    """R_WC (3, 3) of a face, angles in rad.
+    """Gives R_WC (3, 3) of a face, angles in rad.
 
     The face's horizontal axis h points to the left as one looks along the normal n, and its upward
     axis is u = n x h; the long axis is +-cos(r) h + sin(r) u with sin(r) = sin(tip_elevation) /
@@ -50,7 +50,7 @@ def face_rotation(closed: float, azimuth: float, tip_elevation: float, tip_side:
 
 
 def face_angles(R_WC: Vector) -> Vector:
-    """Closed, azimuth and tip elevation (rad) of a face; the inverse of `face_rotation`."""
+    """Gives closed, azimuth and tip elevation (rad) of a face: the inverse of `face_rotation`."""
     axis, normal = R_WC[:, 0], R_WC[:, 2]
     return np.array(
         [
@@ -63,7 +63,7 @@ def face_angles(R_WC: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class PoseTarget:
-    """Where C should be; NaN is free.
+    """Says where C should be; NaN is free.
 
     Attributes:
         position: (3,) p_WoCo_W (m).
@@ -78,16 +78,16 @@ class PoseTarget:
     tip_side: str = "right"
 
     def rotation(self) -> Vector | None:
-        """R_WC where all angles are given, else None."""
+        """Gives R_WC where all angles are given, else None."""
         if np.isnan(self.angles).any():
             return None
         closed, azimuth, tip_elevation = self.angles
         return face_rotation(closed, azimuth, tip_elevation, self.tip_side)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Stroke(Schema):
-    """What a user asks of the racket at impact. None is free; angles in degrees.
+    """A stroke is what a user asks of the racket at impact. None is free; angles in degrees.
 
     Attributes:
         position: of the string-bed's centre in W (m), each component or None.
@@ -126,13 +126,17 @@ class Stroke(Schema):
         """Numbers become Python floats."""
         plain_numbers(self)
 
+    def __repr__(self) -> str:
+        """Shows what differs from the defaults."""
+        return shown_changes(self)
+
     def pose_target(self) -> PoseTarget:
-        """Position (m) and angles (rad); NaN is free."""
+        """Gives the wanted position (m) and angles (rad); NaN is free."""
         angles = (self.face_closed_deg, self.face_azimuth_deg, self.tip_elevation_deg)
         return PoseTarget(_nan(self.position), np.radians(_nan(angles)), self.tip_side)
 
     def velocity_target(self) -> Vector:
-        """V_WC in W: angular (rad/s), then linear (m/s) velocity; NaN is free."""
+        """Gives the wanted V_WC in W: angular (rad/s), then linear (m/s) velocity; NaN is free."""
         elevation = math.radians(self.velocity_elevation_deg)
         azimuth = math.radians(self.velocity_azimuth_deg)
         flat = math.cos(elevation)

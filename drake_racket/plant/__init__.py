@@ -1,1 +1,1 @@
-"""Racket, ball and hand on a MultibodyPlant, and the systems that drive them."""
+"""Puts racket, ball and hand on a MultibodyPlant, with the systems that drive them."""

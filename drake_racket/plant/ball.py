@@ -10,18 +10,24 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.plant.sdf import ball_inertia, ball_sdf
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ball:
-    """Handles to a ball in a plant."""
+    """The Ball holds handles to a ball in a plant."""
 
     plant: MultibodyPlant
     parameters: BallParameters
     model_instance: ModelInstanceIndex
     body: RigidBody
+
+    def __repr__(self) -> str:
+        """Shows the model instance and the parameters' name."""
+        instance = self.plant.GetModelInstanceName(self.model_instance)
+        return shown(self, f"{instance}: {self.parameters.name}")
 
 
 def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "ball") -> Ball:
@@ -53,7 +59,7 @@ def set_ball_inertia(ball: Ball, root: Context, parameters: BallParameters) -> N
 
 
 def ball_law(parameters: BallParameters) -> tuple[float, float, float, float, float, float]:
-    """The numbers of kb and cb against speed, as `ContactModel.ball` has them."""
+    """Gives the numbers of kb and cb against speed, as `ContactModel.ball` has them."""
     return (
         parameters.speed_low.value,
         parameters.speed_high.value,

@@ -22,6 +22,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.laws.phases import (
     ContactBodies,
@@ -37,9 +38,9 @@ from drake_racket.plant.systems.ball_contact import BallContact
 from drake_racket.plant.systems.string_bed import StringBed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Impact:
-    """Handles to the systems of one racket and one ball.
+    """The Impact holds handles to the systems of one racket and one ball.
 
     Attributes:
         string_bed: the StringBed system.
@@ -52,16 +53,20 @@ class Impact:
     string_bed: Any
     contact: Any | None
 
+    def __repr__(self) -> str:
+        """Shows the racket and the ball."""
+        return shown(self, f"{self.racket!r}, {self.ball or 'no ball'}")
+
     def generalized_force_port(self) -> OutputPort:
-        """Forces of the strings, for the plant's applied_generalized_force."""
+        """Gives the forces of the strings, for the plant's applied_generalized_force."""
         return self.string_bed.GetOutputPort("generalized_force")
 
     def spatial_force_port(self) -> OutputPort | None:
-        """Forces of the contact, for the plant's applied_spatial_force; None without a ball."""
+        """Gives the contact's forces, for applied_spatial_force; None without a ball."""
         return None if self.contact is None else self.contact.GetOutputPort("spatial_forces")
 
     def record(self, root: Context) -> ContactRecord:
-        """What the contact has latched: phase, point, speed, kb, cb, times (see `contact`).
+        """Reads what the contact has latched: phase, point, speed, kb, cb, times.
 
         Args:
             root: the Context of the Diagram that holds this impact.
@@ -96,7 +101,7 @@ def add_impact(
 
     Args:
         point: number of the string-bed point that the ball meets, or 0 for the nearest at touch.
-        friction_reading: `velocity` or `displacement` (see `contact`).
+        friction_reading: `velocity` or `displacement` (see `laws.contact`).
         reaction_point: where the reaction to the contact force acts on the head: `ball`, at the
             ball (action and reaction along one line), or `string_mass`, as the source has it.
         name: prefix of the two systems' names; the racket's model name if None.
@@ -215,7 +220,7 @@ def contact_model(
     friction_reading: str,
     reaction_point: str,
 ) -> ContactModel:
-    """The numbers of the parameter files, for the BallContact system."""
+    """Gives the numbers of the parameter files, for the BallContact system."""
     bed = racket.string_bed
     return ContactModel(
         ball=ball_law(ball),

@@ -1,4 +1,4 @@
-"""A hand on the racket's grip, of one of three kinds.
+"""Puts a hand on the racket's grip, of one of three kinds.
 
     weld        the racket's grip frame G is fixed on the user's hand frame H
     torsional   G turns about H's origin against three torsional spring-dampers: translation is
@@ -21,13 +21,14 @@ from pydrake.multibody.tree import BallRpyJoint, Frame, Joint, LinearBushingRoll
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.parameters.grip import GRIP_KINDS, GripStiffness, check_grip
 from drake_racket.plant.racket import Racket
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Grip:
-    """Handles to a grip in a plant.
+    """The Grip holds handles to a grip in a plant.
 
     Attributes:
         kind: one of GRIP_KINDS.
@@ -44,6 +45,10 @@ class Grip:
     racket_frame: Frame
     bushing: LinearBushingRollPitchYaw | None
     joint: Joint | None
+
+    def __repr__(self) -> str:
+        """Shows the kind and the two frames."""
+        return shown(self, f"{self.kind}: {self.racket_frame.name()} on {self.hand_frame.name()}")
 
     def set_stiffness(self, root: Context, grip: GripStiffness) -> None:
         """Writes another grip into a Context: the plant's, or one of a Diagram that holds it.

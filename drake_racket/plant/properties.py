@@ -1,4 +1,4 @@
-"""Derived numbers of a racket: total mass, balance, swingweight, frequencies; from the plant."""
+"""Derives a racket's numbers from the plant: total mass, balance, swingweight, frequencies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SWINGWEIGHT_AXIS = 0.1016  # m from the butt: 4 inches, the convention of racket
 
 @dataclass(frozen=True)
 class RacketProperties:
-    """Mass properties of the strung racket, and fundamentals of the bare frame (free)."""
+    """The properties are those of the strung racket's mass, and the bare frame's fundamentals."""
 
     mass: float  # kg
     balance: float  # m, centre of mass from the butt
@@ -56,7 +56,7 @@ def racket_properties(parameters: RacketParameters) -> RacketProperties:
 
 
 def frame_fundamentals(parameters: RacketParameters, *, strung: bool = False) -> tuple[float, ...]:
-    """Undamped frequencies (Hz) of the free racket's bending in plane and out: one a frame joint.
+    """Computes the free racket's undamped bending frequencies (Hz), one a frame joint.
 
     Drake linearises the plant at rest, the joint's damping left out; the frequency of each mode is
     |eigenvalue| / 2 pi, and the joint rate that its eigenvector holds most of tells the plane.

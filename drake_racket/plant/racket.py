@@ -22,6 +22,7 @@ from pydrake.multibody.tree import (
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.schema import shown
 from drake_racket.laws.bed import rest_lengths, spring_formula
 from drake_racket.parameters.frame import FrameJoint, bushing_constants
 from drake_racket.parameters.racket import RacketParameters
@@ -33,9 +34,9 @@ FRAMES = ("butt", "grip", "accelerometer", "throat", "gsc", "tip")
 _STRING_MASS = re.compile(r"string_\d+$")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Racket:
-    """Handles to a racket in a plant.
+    """The Racket holds handles to a racket in a plant.
 
     Attributes:
         handle, head: the two bodies of the frame; R is the handle's body frame (origin at the
@@ -57,8 +58,14 @@ class Racket:
     string_joints: tuple[Joint, ...]
     bushing: LinearBushingRollPitchYaw
 
+    def __repr__(self) -> str:
+        """Shows the model instance, the parameters' name and the string masses."""
+        instance = self.plant.GetModelInstanceName(self.model_instance)
+        strings = f"{len(self.string_masses)} string masses" if self.string_masses else "not strung"
+        return shown(self, f"{instance}: {self.parameters.name}, {strings}")
+
     def frame(self, name: str) -> Frame:
-        """One of the named frames: butt, grip, accelerometer, throat, gsc, tip.
+        """Gives one of the named frames: butt, grip, accelerometer, throat, gsc, tip.
 
         Raises:
             InputError: another name.
@@ -70,16 +77,16 @@ class Racket:
 
     @property
     def in_plane(self) -> Joint:
-        """The frame's joint about z."""
+        """The frame's joint about z is that of in-plane bending."""
         return self.frame_joint("in_plane")
 
     @property
     def out_of_plane(self) -> Joint:
-        """The frame's joint about y."""
+        """The frame's joint about y is that of out-of-plane bending."""
         return self.frame_joint("out_of_plane")
 
     def frame_joint(self, name: str) -> Joint:
-        """One of `frame_joints`.
+        """Finds one of `frame_joints` by its name.
 
         Raises:
             InputError: another name.
@@ -91,7 +98,7 @@ class Racket:
         return by_name[name]
 
     def joint_constants(self, context: Context | None = None) -> tuple[FrameJoint, ...]:
-        """The frame's joints with the stiffness and damping of a plant's Context.
+        """Reads the frame's joints with the stiffness and damping of a plant's Context.
 
         Without a Context they are those that the plant's model has.
         """
@@ -118,7 +125,7 @@ class Racket:
         self.bushing.SetTorqueDampingConstants(context, damping)
 
     def bodies(self) -> list[RigidBody]:
-        """All bodies of the racket, string masses and massless links included."""
+        """Lists all bodies of the racket, string masses and massless links included."""
         indices = self.plant.GetBodyIndices(self.model_instance)
         return [self.plant.get_body(i) for i in indices]
 
@@ -169,7 +176,7 @@ def add_racket(
 def find_racket(
     plant: MultibodyPlant, instance: ModelInstanceIndex, parameters: RacketParameters
 ) -> Racket:
-    """Handles to a racket that the user's own parser has added (from sdf/, say).
+    """Finds the handles to a racket that the user's own parser has added (from sdf/, say).
 
     Raises:
         InputError: the model instance is not a racket of this package.
@@ -230,7 +237,7 @@ def set_racket_inertia(racket: Racket, root: Context, parameters: RacketParamete
 
 
 def string_bed_model(parameters: RacketParameters) -> StringBedModel:
-    """The numbers of a parameter file's string-bed, for the StringBed system."""
+    """Gives the numbers of a parameter file's string-bed to the StringBed system."""
     bed = parameters.string_bed
     topology = parameters.bed_topology()
     formulas = [spring_formula(bed.springs.value[name]) for name in topology.names]
@@ -250,7 +257,7 @@ def string_bed_model(parameters: RacketParameters) -> StringBedModel:
 
 
 def string_coordinates(racket: Racket) -> StringCoordinates:
-    """Where the string joints sit in the finalized plant's state."""
+    """Tells where the string joints sit in the finalized plant's state."""
     plant = racket.plant
     return StringCoordinates(
         positions=np.array([j.position_start() for j in racket.string_joints]),

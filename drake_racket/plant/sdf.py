@@ -1,4 +1,4 @@
-"""SDF of a racket and of a ball, written from their parameter files.
+"""Writes the SDF of a racket and of a ball from their parameter files.
 
 The files under sdf/ are this module's output for the shipped parameters (`make sdf` writes them
 again; a test compares), and `add_racket` parses the same
@@ -20,7 +20,7 @@ from drake_racket.parameters.racket import Part, RacketParameters
 
 @dataclass(frozen=True)
 class LinkInertia:
-    """What SDF says of a link's inertia; `spatial` is the same for a Context.
+    """Says what SDF says of a link's inertia; `spatial` is the same for a Context.
 
     mass (kg); com (m), the centre of mass along the link's x; moments (kg m^2) about it, along x, y
     and z.
@@ -31,7 +31,7 @@ class LinkInertia:
     moments: tuple[float, float, float]
 
     def spatial(self) -> SpatialInertia:
-        """M_LLo_L as Drake's parser makes it of the SDF, to the last bit.
+        """Gives M_LLo_L as Drake's parser makes it of the SDF, to the last bit.
 
         Raises:
             RuntimeError: Drake does not take it for a body's inertia.
@@ -42,18 +42,18 @@ class LinkInertia:
 
 
 def part_inertia(part: Part) -> LinkInertia:
-    """Of the handle or the head."""
+    """Gives the inertia of the handle or the head."""
     moments = part.moi_longitudinal.value, part.moi_transverse.value, part.moi_frontal.value
     return LinkInertia(part.mass.value, part.com.value, moments)
 
 
 def string_inertia(racket: RacketParameters) -> LinkInertia:
-    """Of one of the string masses."""
+    """Gives the inertia of one of the string masses."""
     return LinkInertia(racket.string_mass(), 0.0, (0.0, 0.0, 0.0))
 
 
 def ball_inertia(ball: BallParameters) -> LinkInertia:
-    """Of the ball; see `ball_sdf`."""
+    """Gives the inertia of the ball; see `ball_sdf`."""
     mass, radius = ball.mass.value, ball.radius.value
     moment = 2.0 / 3.0 * mass * radius * radius
     return LinkInertia(mass, 0.0, (moment, moment, moment))
@@ -63,7 +63,7 @@ _OPEN = '<?xml version="1.0"?>\n<sdf xmlns:drake="drake.mit.edu" version="1.9">\
 
 
 def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: bool = True) -> str:
-    """SDF text of one racket: handle, frame joints, head, bushing, and string masses if `strung`.
+    """Writes the SDF text of one racket, with string masses if `strung`.
 
     The joints are those of `RacketParameters.frame_joints`, with massless links between them.
 
@@ -105,7 +105,7 @@ def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: boo
 
 
 def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
-    """SDF text of the ball: one free body.
+    """Gives SDF text of the ball: one free body.
 
     The contact force goes through its centre: it moves as the point mass of the paper, and keeps
     what spin it is given. Drake needs a rotational inertia; a thin shell's, 2/3 m r^2, is given.

@@ -1,4 +1,4 @@
-"""How a racket is held: not at all, by the head, by the handle, or by a hand."""
+"""Holds a racket: not at all, by the head, by the handle, or by a hand."""
 
 from __future__ import annotations
 

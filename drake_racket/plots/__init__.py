@@ -1,4 +1,4 @@
-"""Figures of impacts, experiments and studies; none needs a display."""
+"""Draws figures of impacts, experiments and studies; none needs a display."""
 
 import lazy_loader
 

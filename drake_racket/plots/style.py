@@ -1,4 +1,4 @@
-"""What the figures share: colours, axes, and the racket's outline."""
+"""The figures share what is here: colours, axes, and the racket's outline."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def tidy(axes: Any) -> None:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure (inches) that needs no display."""
+    """Draws a figure (inches) that needs no display."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")

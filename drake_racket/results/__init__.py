@@ -1,1 +1,1 @@
-"""What a run gives: numbers, energy, time histories, and the files they are kept in."""
+"""A run gives what is here: numbers, energy, time histories, and the files they are kept in."""

@@ -1,4 +1,4 @@
-"""The balance at an instant of a user's own simulation in Drake."""
+"""Balances energy and momentum at an instant of a user's own simulation in Drake."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def balance(
     held: bool,
     limb: StrikingLimb | None = None,
 ) -> Balance:
-    """The balance of one racket and one ball at the state of `root`.
+    """Gives the balance of one racket and one ball at the state of `root`.
 
     Args:
         impact: of the racket and the ball.

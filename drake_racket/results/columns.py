@@ -1,4 +1,4 @@
-"""A time history as the columns of a table, and back."""
+"""Turns a time history into the columns of a table, and back."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Column(NamedTuple):
-    """One component of one variable over time: `variable` or `variable_label`."""
+    """Holds one component of one variable over time: `variable` or `variable_label`."""
 
     name: str
     variable: str
@@ -28,7 +28,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """What a table does not show: how its columns make up a Dataset. JSON's own types.
+    """Says what a table does not show: how its columns make up a Dataset. JSON's own types.
 
     Attributes:
         attributes: of the Dataset.
@@ -42,7 +42,7 @@ class Layout:
     coordinates: dict[str, tuple[list[Any] | None, dict[str, Any]]]
 
     def columns(self) -> list[Column]:
-        """Every column but time, in the order of the variables and of their labels."""
+        """Gives every column but time, in the order of the variables and of their labels."""
         columns = []
         for variable, (dimension, attributes) in self.variables.items():
             units = str(attributes.get("units", "1"))
@@ -60,7 +60,7 @@ class Layout:
         return columns
 
     def to_json(self) -> str:
-        """One line of ASCII."""
+        """Gives one line of ASCII."""
         return json.dumps(
             {
                 "attributes": self.attributes,
@@ -94,7 +94,7 @@ def _plain(value: Any) -> Any:
 
 
 def layout_of(dataset: xarray.Dataset) -> Layout:
-    """The layout of a history; raises InputError for a Dataset that is none."""
+    """Gives the layout of a history; raises InputError for a Dataset that is none."""
     coordinates: dict[str, tuple[list[Any] | None, dict[str, Any]]] = {}
     for name, coordinate in dataset.coords.items():
         labels = None if name == "time" else coordinate.to_numpy().tolist()
@@ -111,7 +111,7 @@ def layout_of(dataset: xarray.Dataset) -> Layout:
 
 
 def values_of(dataset: xarray.Dataset, column: Column) -> NDArray[np.float64]:
-    """The numbers of one column, (n,)."""
+    """Gives the numbers of one column, (n,)."""
     values = dataset[column.variable].to_numpy()
     return values if column.place is None else values[:, column.place]
 

@@ -1,4 +1,4 @@
-"""Where the energy and the momentum are, at one instant or over a whole run.
+"""Tells where the energy and the momentum are, at one instant or over a whole run.
 
 What is lost is integrated beside the motion (`plant.systems.energy_meter`), at the integrator's own
 order, so that the balance closes as well as the motion is solved. What is there is computed here
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RigidMotion:
-    """The motion of the rigid body with the racket's present mass distribution and momentum.
+    """Holds the motion of the rigid body with the racket's present mass distribution and momentum.
 
     One value, or one for each of m samples.
 
@@ -57,7 +57,7 @@ class RigidMotion:
 
 @dataclass(frozen=True)
 class Balance:
-    """Energies (J) and momenta (N s; N m s about the world's origin) at one instant.
+    """Holds the energies (J) and momenta (N s; N m s about the world's origin) at one instant.
 
     ball: kinetic. contact: stored in the compressed ball. rigid_motion: of the racket as one rigid
     body with its momentum (0 if clamped). bending: stored at the frame's joints, and the frame's
@@ -89,7 +89,7 @@ class Balance:
     impulse_on_ball: Array
 
     def total(self) -> float:
-        """Constant if the run is exact."""
+        """Sums what is constant if the run is exact."""
         return float(sum(sign * getattr(self, name) for name, sign in _SIGNS.items()))
 
 
@@ -101,7 +101,7 @@ _SIGNS = {name: -1.0 if name in ("torque_work", "couple") else 1.0 for name in S
 
 @dataclass(frozen=True)
 class Balances:
-    """The balance at m samples.
+    """Holds the balance at m samples.
 
     Attributes:
         energies: (m, 15) J, in the order of STORES.
@@ -117,15 +117,15 @@ class Balances:
     impulse_on_ball: Array
 
     def totals(self) -> Array:
-        """Energy (m,) that is constant if the run is exact (J)."""
+        """Gives the energy (m,) that is constant if the run is exact (J)."""
         return np.sum([s * self.store(n) for n, s in _SIGNS.items()], axis=0)  # type: ignore[no-any-return]
 
     def store(self, name: str) -> Array:
-        """Energy (m,) in one of STORES (J)."""
+        """Gives the energy (m,) in one of STORES (J)."""
         return self.energies[:, STORES.index(name)]
 
     def at(self, sample: int) -> Balance:
-        """The balance at one of the samples."""
+        """Gives the balance at one of the samples."""
         energies = {n: float(e) for n, e in zip(STORES, self.energies[sample], strict=True)}
         return Balance(
             **energies,
@@ -137,7 +137,7 @@ class Balances:
 
 
 def balances(trajectory: Trajectory, *, held: bool) -> Balances:
-    """The balance at every sample of which the trajectory has the motion.
+    """Gives the balance at every sample of which the trajectory has the motion.
 
     Args:
         trajectory: of an audited run.
@@ -186,7 +186,7 @@ def balances(trajectory: Trajectory, *, held: bool) -> Balances:
 
 @dataclass(frozen=True)
 class Momenta:
-    """Momentum and energy of every body at m samples, in the world.
+    """Holds the momentum and energy of every body at m samples, in the world.
 
     Attributes:
         mass: (b,) kg.
@@ -207,7 +207,7 @@ class Momenta:
 
     @staticmethod
     def of(mechanism: Mechanism, motion: Motion) -> Momenta:
-        """P = m (v + w x c), L = I w + r x p, and (p.v_cm + w.I w) / 2, body by body."""
+        """Gives P = m (v + w x c), L = I w + r x p, and (p.v_cm + w.I w) / 2, body by body."""
         bodies = mechanism.bodies
         rotation, origin = motion.poses[..., :3], motion.poses[..., 3]
         w, v = motion.velocities[..., :3], motion.velocities[..., 3:]
@@ -226,23 +226,23 @@ class Momenta:
         return Momenta(bodies.mass, place, moments, linear, angular, 0.5 * kinetic)
 
     def kinetic_energy(self, bodies: Sequence[int]) -> Array:
-        """Kinetic energy (m,) of some bodies (J)."""
+        """Gives the kinetic energy (m,) of some bodies (J)."""
         return np.sum(self.kinetic[:, list(bodies)], axis=1)  # type: ignore[no-any-return]
 
     def centre_of_mass(self, bodies: Sequence[int]) -> Array:
-        """Common centre of mass (m, 3) of some bodies (m)."""
+        """Gives the common centre of mass (m, 3) of some bodies (m)."""
         mass = self.mass[list(bodies)]
         found: Array = np.einsum("b,mbi->mi", mass, self.place[:, list(bodies)]) / np.sum(mass)
         return found
 
     def potential(self, bodies: Sequence[int], gravity: Array) -> Array:
-        """Gravity's potential (m,) of some bodies (J)."""
+        """Gives Gravity's potential (m,) of some bodies (J)."""
         along: Array = self.centre_of_mass(bodies) @ gravity
         return -np.sum(self.mass[list(bodies)]) * along
 
 
 def rigid_motion(moving: Momenta, bodies: Sequence[int]) -> RigidMotion:
-    """The rigid motion of some bodies: v = P / m, w = I^-1 L about their centre of mass."""
+    """Gives the rigid motion of some bodies: v = P / m, w = I^-1 L about their centre of mass."""
     chosen = list(bodies)
     total = float(np.sum(moving.mass[chosen]))
     com = moving.centre_of_mass(chosen)
@@ -258,7 +258,7 @@ def rigid_motion(moving: Momenta, bodies: Sequence[int]) -> RigidMotion:
 
 
 def stored_in_strings(mechanism: Mechanism, q: Array) -> Array:
-    """Energy (m,) (J) of the springs above the flat bed."""
+    """Gives the energy (m,) (J) of the springs above the flat bed."""
     strings = mechanism.strings
     dz = q[:, strings.position] @ strings.incidence.T
     k, slack, length2, _ = strings.constants

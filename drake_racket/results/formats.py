@@ -1,4 +1,4 @@
-"""Time histories as files: written by suffix, and read back into the same labelled Dataset.
+"""Writes time histories by suffix, and reads them back into the same labelled Dataset.
 
 | suffix | what it keeps |
 |---|---|
@@ -89,7 +89,7 @@ def read_history(path: Path) -> xarray.Dataset:
 
 
 def racket_of(history: xarray.Dataset, where: str = "history") -> RacketParameters:
-    """The racket of a history, from its attribute `racket` (JSON).
+    """Gives the racket of a history, from its attribute `racket` (JSON).
 
     Raises:
         InputError: there is none (as in a CSV), or it is broken.

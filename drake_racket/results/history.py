@@ -1,4 +1,4 @@
-"""The labelled time history of a run: names, units, frames; no visualizer; see `formats`."""
+"""Makes the labelled time history of a run: names, units, frames; see `formats`."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _coordinates(mechanism: Mechanism) -> dict[str, Any]:
 
 
 def after_release(history: xarray.Dataset) -> xarray.Dataset:
-    """The part of a history from the last release to its end; all of it without contact."""
+    """Gives the part of a history from the last release to its end; all of it without contact."""
     inside = np.flatnonzero(history["in_contact"].to_numpy())
     first = int(inside[-1]) + 1 if len(inside) else 0
     return history.isel(time=slice(first, None))
@@ -144,7 +144,7 @@ VARIABLE_DIMENSIONS = {name: row[1] for name, row in _ALL.items()}
 
 
 def variable_attributes(name: str, *, in_world: bool = False) -> dict[str, str]:
-    """`units`, `long_name` and, of a vector, `frame` of a variable; others are frame joints.
+    """Gives `units`, `long_name` and, of a vector, `frame` of a variable; others are frame joints.
 
     Args:
         in_world: a limb holds the racket, so that R is somewhere in the world.

@@ -1,4 +1,4 @@
-"""What one impact gives: numbers, balance, warnings."""
+"""One impact gives what is here: numbers, balance, warnings."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ ENERGY_WARNING = 1e-3
 
 @dataclass(frozen=True, repr=False)
 class ImpactResult:
-    """One impact. Vectors are in the racket's initial frame R; SI units, angles in radians.
+    """The result is one impact in numbers, in the racket's initial frame R; SI units, radians.
 
     R is the world's frame but where a limb holds the racket: velocities are then of the world,
     expressed in R.
@@ -112,7 +112,7 @@ class ImpactResult:
         return f"ImpactResult(point {self.point}, rebound {speed:.2f} m/s)"
 
     def to_json(self) -> dict[str, Any]:
-        """Everything but the history, as JSON's own types."""
+        """Gives everything but the history, as JSON's own types."""
         skipped = ("history", "scenario")
         values = {
             f.name: _plain(getattr(self, f.name))

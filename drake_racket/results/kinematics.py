@@ -1,4 +1,4 @@
-"""Places and velocities of bodies and frames over time, from arrays (m samples at once)."""
+"""Computes places and velocities of bodies and frames over time, from arrays."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ Array = NDArray[np.float64]
 
 
 def rotations(motion: Motion, body: int) -> Array:
-    """R_WB (m, 3, 3)."""
+    """Gives R_WB (m, 3, 3)."""
     return motion.poses[:, body, :, :3]
 
 
 def frame_rotations(motion: Motion, place: Place) -> Array:
-    """R_WF (m, 3, 3)."""
+    """Gives R_WF (m, 3, 3)."""
     return rotations(motion, place.body) @ place.rotation
 
 
 def arms(motion: Motion, place: Place) -> Array:
-    """p_BoFo_W (m, 3), from the body's origin to the frame's (m)."""
+    """Gives p_BoFo_W (m, 3), from the body's origin to the frame's (m)."""
     return rotations(motion, place.body) @ place.translation
 
 
 def positions(motion: Motion, place: Place) -> Array:
-    """p_WoFo_W (m, 3) of a frame's origin (m)."""
+    """Gives p_WoFo_W (m, 3) of a frame's origin (m)."""
     return motion.poses[:, place.body, :, 3] + arms(motion, place)
 
 
 def velocities(motion: Motion, place: Place) -> Array:
-    """v_WFo_W (m, 3) of a frame's origin (m/s): v + w x r."""
+    """Gives v_WFo_W (m, 3) of a frame's origin (m/s): v + w x r."""
     spatial = motion.velocities[:, place.body]
     return spatial[:, 3:] + np.cross(spatial[:, :3], arms(motion, place))
 
 
 def handle_accelerations(motion: Motion, place: Place) -> Array:
-    """Acceleration (m, 3) of a point of the handle, in the handle's axes (m/s^2).
+    """Gives the acceleration (m, 3) of a point of the handle, in the handle's axes (m/s^2).
 
     a + alpha x r + w x (w x r): the rate of its velocity in the world; an accelerometer would read
     it less gravity.
@@ -55,7 +55,7 @@ def in_axes(rotation: Array, vectors: Array) -> Array:
 
 
 def quaternions(rotation: Array) -> Array:
-    """Unit quaternions (m, 4), w first and not negative, of R (m, 3, 3)."""
+    """Gives unit quaternions (m, 4), w first and not negative, of R (m, 3, 3)."""
     from scipy.spatial.transform import Rotation
 
     xyzw = Rotation.from_matrix(rotation).as_quat(canonical=True)
@@ -63,7 +63,7 @@ def quaternions(rotation: Array) -> Array:
 
 
 def roll_pitch_yaw(rotation: Array) -> Array:
-    """Roll, pitch and yaw (m, 3) (rad) of R (m, 3, 3) = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Gives roll, pitch, yaw (m, 3) (rad) of R (m, 3, 3) = Rz(yaw) Ry(pitch) Rx(roll)."""
     from scipy.spatial.transform import Rotation
 
     return np.asarray(Rotation.from_matrix(rotation).as_euler("xyz"))

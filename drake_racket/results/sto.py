@@ -1,4 +1,4 @@
-"""OpenSim's storage file (.sto) of a time history.
+"""Writes a time history as OpenSim's storage file (.sto), and reads it.
 
 Header lines up to `endheader`, a line of tab-separated column names, `time` first, then the
 numbers (17 digits: exact). OpenSim's readers take `nRows`, `nColumns` and `inDegrees`, keep other
@@ -28,7 +28,7 @@ _MOST_HEADER_LINES = 10_000
 
 
 def write_sto(dataset: xarray.Dataset, path: Path, *, in_degrees: bool) -> None:
-    """Writes a history for OpenSim; see `histories.write_history`."""
+    """Writes a history for OpenSim; see `formats.write_history`."""
     layout = layout_of(dataset)
     time = dataset["time"].to_numpy()
     if not np.isfinite(time).all() or (np.diff(time) < 0.0).any():

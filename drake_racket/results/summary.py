@@ -1,4 +1,4 @@
-"""An impact in words: the lines that the command line prints."""
+"""Tells an impact in words: the lines that the command line prints."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def summary_rows(result: Any) -> list[tuple[str, str]]:
-    """What is said of an impact (an ImpactResult), as pairs of a name and a text."""
+    """Tells what is said of an impact (an ImpactResult), as pairs of a name and a text."""
     speed = float((result.rebound_velocity @ result.rebound_velocity) ** 0.5)
     x, y, z = (round(float(v), 2) + 0.0 for v in result.rebound_velocity)  # no -0.00
     rows = [
@@ -54,7 +54,7 @@ def summary_rows(result: Any) -> list[tuple[str, str]]:
 
 
 def summary_text(result: Any) -> str:
-    """What is said of an impact (an ImpactResult), one line each, warnings last."""
+    """Tells what is said of an impact (an ImpactResult), one line each, warnings last."""
     rows = summary_rows(result)
     width = max(len(name) for name, _ in rows)
     lines = [f"{name:<{width}}  {text}" for name, text in rows]

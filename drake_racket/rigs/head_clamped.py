@@ -1,4 +1,4 @@
-"""Head-clamped impacts: the ball cannon against a racket whose head is held rigidly.
+"""The ball cannon shoots at a racket whose head is held rigidly.
 
 Normal impacts: nine points, six speeds, restitution (Glynn et al. 2011 fit T0, k1-k4 and p1-p6 to
 these). Oblique impacts: two stroke conditions at nine points, rebound angle (they fit mu1-mu3).
@@ -43,7 +43,7 @@ ANGLE_READINGS = ("from_normal", "from_plane")
 
 
 def head_clamped_scenario() -> Scenario:
-    """The base case of the rig: started just before touch, ended after every release."""
+    """Gives the base case of the rig: started just before touch, ended after every release."""
     return Scenario(support="clamped_head", audit=False, approach_time=1e-4, after=0.0095)
 
 
@@ -57,7 +57,7 @@ def normal_impacts(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """Restitution, rebound speed, contact time, peak force and deflection of normal impacts.
+    """Runs normal impacts: restitution, rebound speed, contact time, peak force and deflection.
 
     Returns:
         A Dataset over (racket, tension, point, speed).
@@ -78,7 +78,7 @@ def normal_impacts(
 
 
 def stroke_axis(stroke: str, reading: str) -> dict[str, float]:
-    """The scenario's speed, incidence (from the normal) and azimuth of a stroke condition.
+    """Gives the scenario's speed, incidence (from the normal) and azimuth of a stroke condition.
 
     Raises:
         InputError: unknown stroke or reading.
@@ -136,7 +136,7 @@ def oblique_impacts(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """Rebound angle and speed of oblique impacts, with both readings of friction and of the angle.
+    """Runs oblique impacts: rebound angle and speed, in both readings of friction and angle.
 
     Returns:
         A Dataset over (racket, tension, friction_reading, angle_reading, stroke, point).

@@ -9,12 +9,12 @@ from drake_racket.io.numbers import finite_number
 
 
 def check_finite(key: str, value: object) -> None:
-    """A real number that is finite as a float; true and false are no numbers."""
+    """Refuses what is no real number that is finite as a float; true and false are none."""
     finite_number(key, value)
 
 
 def check_positive(**values: float) -> None:
-    """Finite and more than 0."""
+    """Refuses what is not finite and more than 0."""
     for key, value in values.items():
         check_finite(key, value)
         if not value > 0.0:
@@ -22,7 +22,7 @@ def check_positive(**values: float) -> None:
 
 
 def check_not_negative(**values: float) -> None:
-    """Finite and 0 or more."""
+    """Refuses what is not finite and 0 or more."""
     for key, value in values.items():
         check_finite(key, value)
         if value < 0.0:

@@ -1,4 +1,4 @@
-"""Impacts on a racket that may move: apparent restitution and vibration over the string-bed.
+"""Shoots at a racket that may move: apparent restitution and vibration over the string-bed.
 
 The racket is free, as between two threads, in a hand-like grip, or clamped at the handle. Beside
 restitution the rig reads what is left shaking: how far the frame bends after the ball has left, and
@@ -31,7 +31,7 @@ SPEED = 25.0
 
 
 def moving_racket_scenario() -> Scenario:
-    """The base case: 25 m/s, and three periods of bending after the ball has left."""
+    """Gives the base case: 25 m/s, and three periods of bending after the ball has left."""
     return Scenario(speed=SPEED, approach_time=1e-4, after=0.03, audit=False)
 
 
@@ -40,7 +40,7 @@ AXIS_REACH = 0.14
 
 
 def axis_offsets(step: float) -> tuple[float, ...]:
-    """Aims for `along_axis` (m), `step` apart and symmetric about the centre, to AXIS_REACH.
+    """Gives aims for `along_axis` (m), `step` apart and symmetric about the centre.
 
     Raises:
         InputError: a step that is not 1 mm to AXIS_REACH.
@@ -61,7 +61,7 @@ def restitution_map(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """Restitution, contact and vibration at the string-bed's points.
+    """Runs impacts on the string-bed's points: restitution, contact and vibration.
 
     Returns:
         A Dataset over (racket, support, point).
@@ -84,7 +84,7 @@ def along_axis(
     workers: int = 1,
     progress: Report | None = None,
 ) -> xarray.Dataset:
-    """The same on the free racket, aimed along its long axis.
+    """Runs impacts on the free racket, aimed along its long axis.
 
     Args:
         offsets: from the string-bed centre towards the tip (m). The ball meets the nearest string

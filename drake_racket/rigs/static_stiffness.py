@@ -1,4 +1,4 @@
-"""The string-bed pressed slowly: deflection and stiffness by point, with the head held.
+"""Presses the string-bed slowly: deflection and stiffness by point, with the head held.
 
 A force on one string mass along the head's normal is balanced by the springs (the law of
 `strings`, no contact and no dynamics):
@@ -38,7 +38,7 @@ MOST_FORCE = 20e3  # N
 def tangent_stiffness(
     z: NDArray[np.float64], constants: NDArray[np.float64], incidence: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """-df/dz (N/m), (n, n), symmetric: A^T diag(T L0^2 / L^3 + k dz^2 / L^2) A.
+    """Computes -df/dz (N/m), (n, n): A^T diag(T L0^2 / L^3 + k dz^2 / L^2) A.
 
     Args:
         z: (n,) deflections (m).  constants: (4, m) and incidence: (m, n), see `strings.tensions`.
@@ -55,7 +55,7 @@ def tangent_stiffness(
 
 
 def static_deflection(racket: RacketParameters, point: int, force: float) -> NDArray[np.float64]:
-    """Deflections (m) along the head's z, (n,), under `force` (N) along -z at `point`.
+    """Gives the deflections (m) along the head's z, (n,), under `force` (N) along -z at `point`.
 
     Raises:
         InputError: unknown point, or a force that is not 0 to 20 kN.
@@ -94,7 +94,7 @@ def stiffness_dataset(
     points: Sequence[int] = POINT_NUMBERS,
     forces: Sequence[float] = FORCES,
 ) -> xarray.Dataset:
-    """Force-deflection curves and stiffness of every bed and point.
+    """Presses every bed at every point: force-deflection curves and stiffness.
 
     Returns:
         A Dataset over (racket, tension, point, force): deflection (m, at the loaded point), secant
@@ -143,7 +143,7 @@ def stiffness_dataset(
 
 
 def mean_difference(dataset: xarray.Dataset) -> xarray.Dataset:
-    """How well two beds match: the relative difference of secant stiffness, over all pairs.
+    """Tells how well two beds match: the relative difference of secant stiffness, over all pairs.
 
     For beds a and b at one force, the mean over points of |ka - kb| / ((ka + kb) / 2).
 

@@ -1,4 +1,4 @@
-"""The axes of a sweep: a grid, a list, rows of several keys, or a sampled design.
+"""An axis of a sweep is a grid, a list, rows of several keys, or a sampled design.
 
     speed: {values: [18, 25, 33], unit: m/s}                       a list
     speed: {from: 18, to: 33, count: 6, unit: m/s}                 a grid (spacing: log as well)
@@ -48,7 +48,7 @@ class AxisColumn:
 
 @dataclass(frozen=True)
 class SweepAxis:
-    """One dimension of a sweep.
+    """Holds one dimension of a sweep.
 
     Attributes:
         name: of the dimension.

@@ -1,4 +1,4 @@
-"""The cases of a sweep before they run: which are valid, and which share a Diagram."""
+"""Plans a sweep's cases before they run: which are valid, and which share a Diagram."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from drake_racket.sweep.spec import Sweep
 
 @dataclass
 class CasePlan:
-    """What is known of every case before the first one runs.
+    """Says what is known of every case before the first one runs.
 
     Attributes:
         hashes: of the cases' scenarios; empty where there is none.
@@ -35,7 +35,7 @@ class CasePlan:
     files: dict[str, str] = field(default_factory=dict)
 
     def order(self) -> list[int]:
-        """The valid cases, by topology: a process then needs few Diagrams at a time."""
+        """Gives the valid cases, by topology: a process then needs few Diagrams at a time."""
         return sorted(self.group, key=lambda case: (self.group[case], case))
 
 

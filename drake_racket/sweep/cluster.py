@@ -33,7 +33,7 @@ class ClusterLost(WorkStopped):
 
 @contextlib.contextmanager
 def connected(scheduler: str | distributed.Client) -> Iterator[distributed.Client]:
-    """A client of a Dask scheduler, to be had before any work is done.
+    """Gives a client of a Dask scheduler, to be had before any work is done.
 
     Args:
         scheduler: its address, or a client of the caller's, which stays open.

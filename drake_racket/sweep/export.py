@@ -1,4 +1,4 @@
-"""The results of a sweep as labelled data and as files that need nothing of this package.
+"""Gives a sweep's results as labelled data and as files that need nothing of this package.
 
     results.nc       NetCDF 4: one dimension per axis, outputs over all of them
     results.parquet  one row per case (extra `parquet`); units in the fields' metadata
@@ -41,7 +41,7 @@ OWN_VARIABLES = ("status", "failure", "scenario_hash", "sweep")
 
 
 def make_dataset(sweep: Sweep, store: StoreReader) -> xarray.Dataset:
-    """What the store has, over the axes of the sweep.
+    """Labels what the store has, over the axes of the sweep.
 
     Returns:
         A Dataset with the outputs (NaN where a case failed or has not run), `status` (0 done,
@@ -146,7 +146,7 @@ def export_sweep(sweep: Sweep, directory: Path) -> xarray.Dataset:
 
 
 def flat(dataset: xarray.Dataset) -> xarray.Dataset:
-    """The same data with one dimension, `case`; what varies becomes variables along it."""
+    """Gives the same data with one dimension, `case`; what varies becomes variables along it."""
     import xarray
 
     dimensions = list(dataset["status"].dims)
@@ -164,7 +164,7 @@ def flat(dataset: xarray.Dataset) -> xarray.Dataset:
 
 
 def result_paths(directory: Path) -> list[Path]:
-    """The files that `write_results` writes; Parquet if pyarrow is installed."""
+    """Gives the files that `write_results` writes; Parquet if pyarrow is installed."""
     names = ["results.nc", "results.csv", "sweep.json"]
     if has_library("pyarrow"):
         names.append("results.parquet")

@@ -1,4 +1,4 @@
-"""What makes two sweeps the same: scenario, files, axes, outputs, and the code that runs them."""
+"""Tells what makes two sweeps the same: scenario, files, axes, outputs, and code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drake_racket.sweep.spec import Sweep
 
 
 def named_files(scenario: Scenario) -> list[str]:
-    """The user's own files that a scenario names. What those include in turn is not looked at."""
+    """Gives user's own files that a scenario names. What those include in turn is not looked at."""
     names = [scenario.racket, scenario.ball]
     if scenario.support in ("grip", "limb"):
         names.append(scenario.grip)
@@ -24,18 +24,18 @@ def named_files(scenario: Scenario) -> list[str]:
 
 
 def file_hashes(names: list[str]) -> dict[str, str]:
-    """Name -> hash of its content."""
+    """Gives the name -> hash of its content."""
     return {name: digest(Path(name).read_bytes()) for name in names}
 
 
 def scenario_hash(scenario: Scenario, files: Mapping[str, str]) -> str:
-    """Hash of a case: its scenario, and the content of the files it names."""
+    """Gives the hash of a case: its scenario, and the content of the files it names."""
     tree = dataclasses.asdict(scenario) | {"files": [files[x] for x in named_files(scenario)]}
     return digest(as_text(tree).encode())
 
 
 def fingerprint(sweep: Sweep, files: Mapping[str, str]) -> dict[str, Any]:
-    """All that decides a sweep's results, as plain data.
+    """Gives all that decides a sweep's results, as plain data.
 
     Args:
         sweep: the sweep.

@@ -1,4 +1,4 @@
-"""What an axis of a sweep can vary: keys of the scenario, and parameters by their dotted names.
+"""An axis of a sweep can vary keys of the scenario, and parameters by their dotted names.
 
 A scenario's key is written as in its file, nested ones with dots (`integrator.accuracy`,
 `limb.stroke.speed`); a component of a vector by its letter (`gravity.z`, `limb.place.x`); a joint
@@ -47,7 +47,7 @@ _UNITS = {
 
 @dataclass(frozen=True)
 class Key:
-    """One thing that can be varied.
+    """Holds one thing that can be varied.
 
     Attributes:
         name: as written in a sweep.
@@ -64,7 +64,7 @@ class Key:
 
 
 def scenario_keys() -> dict[str, Key]:
-    """The scenario's own keys by name, but the joints of `limb.stroke.guess_deg`."""
+    """Gives the scenario's own keys by name, but the joints of `limb.stroke.guess_deg`."""
     return {key.name: key for key in _walk(Scenario, "")}
 
 
@@ -93,7 +93,7 @@ def _unit(path: str) -> str:
 
 
 def find_key(name: str, base: Scenario, where: str) -> Key:
-    """The key of that name.
+    """Gives the key of that name.
 
     Raises:
         InputError: there is none.
@@ -115,7 +115,7 @@ def find_key(name: str, base: Scenario, where: str) -> Key:
 def with_values(
     base: Scenario, values: Mapping[Key, Value], factors: Mapping[Key, float]
 ) -> Scenario:
-    """A copy of `base` with `values` set, then some numbers multiplied. It is not checked.
+    """Gives a copy of `base` with `values` set, then some numbers multiplied. It is not checked.
 
     A factor multiplies what the case has without it: with a racket as another axis, that racket's.
 

@@ -1,4 +1,4 @@
-"""The numbers of an impact that a sweep or a rig can keep: each is defined once, here, by name."""
+"""An output is a number of an impact that a sweep or a rig can keep; each is defined once, here."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ AUDIT, HAND, LIMB = "audit", "hand", "limb"
 
 @dataclass(frozen=True)
 class Output:
-    """One number of an impact.
+    """An output is one number of an impact.
 
     Attributes:
         read: a module's function (it travels between processes); NaN where there is no number.
@@ -42,7 +42,7 @@ class Output:
     needs: str = ""
 
     def available(self, scenario: Scenario) -> bool:
-        """Whether such a scenario can have it."""
+        """Tells whether such a scenario can have it."""
         if self.needs == HAND:
             return scenario.support in ("grip", "limb")
         if self.needs == LIMB:
@@ -128,7 +128,7 @@ def _rebound_speed(result: ImpactResult) -> float:
 
 
 def handle_ringing(history: xarray.Dataset) -> float:
-    """Root mean square (m/s^2) over time of mid-handle's acceleration along z after release.
+    """Gives root mean square (m/s^2) over time of mid-handle's acceleration along z after release.
 
     With the racket in a hand it holds the racket's motion in the hand, too. NaN if the history ends
     in contact.
@@ -142,7 +142,7 @@ def handle_ringing(history: xarray.Dataset) -> float:
 
 
 def bending_after_release(history: xarray.Dataset) -> float:
-    """Largest out-of-plane angle (rad) after release; NaN if the history ends in contact."""
+    """Gives largest out-of-plane angle (rad) after release; NaN if the history ends in contact."""
     angle = after_release(history)["out_of_plane_angle"]
     return float(np.abs(angle).max()) if angle.size else float("nan")
 
@@ -254,7 +254,7 @@ USUAL_OUTPUTS = tuple(output.name for output in USUAL)
 
 
 def find_outputs(chosen: Sequence[str | Output], where: str) -> tuple[Output, ...]:
-    """The outputs of these names, with any of the caller's own among them.
+    """Gives the outputs of these names, with any of the caller's own among them.
 
     Raises:
         InputError: an unknown name, or one that stands twice.
@@ -275,5 +275,5 @@ def find_outputs(chosen: Sequence[str | Output], where: str) -> tuple[Output, ..
 
 
 def read_outputs(result: ImpactResult, outputs: Sequence[Output]) -> list[float]:
-    """The numbers of one impact, in the order of `outputs`."""
+    """Gives the numbers of one impact, in the order of `outputs`."""
     return [float(output.read(result)) for output in outputs]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class SweepStopped(SimulationError, WorkStopped):
-    """A sweep that cannot go on, for a reason that lies in no case."""
+    """The sweep cannot go on, for a reason that lies in no case."""
 
 
 def run_sweep(
@@ -46,7 +46,7 @@ def run_sweep(
     """Runs what is missing of a sweep and returns all of it.
 
     The results depend on the sweep alone: not on executor, order, number of workers, or how often
-    it was interrupted. Where processes are spawned (see `workers`), a script that calls this needs
+    it was interrupted. Where processes are spawned (see `pool`), a script that calls this needs
     the usual `if __name__ == "__main__":`.
 
     Args:
@@ -210,7 +210,7 @@ def _is_finished(case: int, finished: dict[int, bool], sweep: Sweep, out: Path |
 
 
 def history_paths(case: int, sweep: Sweep, out: Path) -> list[Path]:
-    """Where a case's time history is, or would be."""
+    """Tells where a case's time history is, or would be."""
     return [out / "histories" / f"case_{case:06d}.{suffix}" for suffix in sweep.history_formats]
 
 

@@ -1,4 +1,4 @@
-"""The one runner of cases: in this process, in processes of this machine, or on a Dask cluster.
+"""Runs cases in this process, in processes of this machine, or on a Dask cluster.
 
 Sweeps, rigs and studies all run here. A case is computed from its scenario and the Diagram of its
 topology, which is built from the first case of that topology: results depend on nothing else.

@@ -1,4 +1,4 @@
-"""Which parameters decide an output: Sobol indices from a sweep, with confidence intervals.
+"""Tells which parameters decide an output: Sobol indices from a sweep, with intervals.
 
     design = sobol_design({"tension": Span(200, 320, "N"), "ball.mass": Span(0.9, 1.1, "1", True)},
                           samples=64, seed=1)
@@ -39,7 +39,7 @@ CONSTANT = 1e-9
 
 @dataclass(frozen=True)
 class Span:
-    """Where a parameter may lie: uniformly between two numbers.
+    """A span says where a parameter may lie: uniformly between two numbers.
 
     Attributes:
         low, high: the ends.
@@ -56,7 +56,7 @@ class Span:
 
 @dataclass(frozen=True)
 class SobolDesign:
-    """Saltelli's rows. Make one with `sobol_design`.
+    """The design holds Saltelli's rows. Make one with `sobol_design`.
 
     Attributes:
         parameters: name -> span, in the order of the columns.
@@ -85,7 +85,7 @@ class SobolDesign:
 
 
 def sobol_design(parameters: Mapping[str, Span], samples: int, seed: int) -> SobolDesign:
-    """Rows from which `sobol_indices` can tell the parameters' shares.
+    """Makes rows from which `sobol_indices` can tell the parameters' shares.
 
     The names may be keys of a sweep, or others that the caller turns into keys (one number that
     moves two of them, say).
@@ -124,7 +124,7 @@ def sobol_indices(
     seed: int = 1,
     confidence: float = 0.95,
 ) -> xarray.Dataset:
-    """First-order and total Sobol indices of each output.
+    """Computes first-order and total Sobol indices of each output.
 
     An estimate can be a little below 0 or above 1: it is given as it comes out. The half-widths are
     those of a normal distribution with the bootstrap's standard deviation; they say how well these

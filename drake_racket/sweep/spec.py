@@ -1,4 +1,4 @@
-"""A sweep as data: a base scenario, axes over it, and what to keep of every case.
+"""A sweep is data: a base scenario, axes over it, and what to keep of every case.
 
 base: forehand.yaml          # a scenario file beside this one; or its keys, here
 axes:                        # see `axes`; the first varies slowest
@@ -20,7 +20,7 @@ from typing import Any
 
 from drake_racket.cases.case import check_scenario, load_scenario, resolve
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import read
+from drake_racket.io.schema import read, shown
 from drake_racket.io.yaml_files import parse_tree, read_text
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.formats import check_format
@@ -32,9 +32,9 @@ MAX_BYTES = 20_000_000  # rows of a large design; this stops a wrong file early
 _TAKEN = ("case", "status", "failure", "scenario_hash", "sweep")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Sweep:
-    """A checked sweep. Make one with `make_sweep` or `load_sweep`.
+    """A sweep is many impacts as checked data. Make one with `make_sweep` or `load_sweep`.
 
     Attributes:
         base: what the axes leave alone.
@@ -51,9 +51,14 @@ class Sweep:
     histories: frozenset[int] = frozenset()
     history_formats: tuple[str, ...] = ("nc",)
 
+    def __repr__(self) -> str:
+        """Shows the axes with their lengths, and how many cases there are."""
+        axes = " x ".join(f"{axis.name} ({len(axis)})" for axis in self.axes)
+        return shown(self, f"{len(self)} cases: {axes}")
+
     @property
     def shape(self) -> tuple[int, ...]:
-        """Places along each axis."""
+        """Gives the number of places along each axis."""
         return tuple(len(axis) for axis in self.axes)
 
     def __len__(self) -> int:
@@ -61,7 +66,7 @@ class Sweep:
         return math.prod(self.shape)
 
     def places(self, case: int) -> tuple[int, ...]:
-        """Where a case stands along each axis; cases are numbered in row-major order from 0."""
+        """Tells where a case stands along each axis; cases are numbered row by row from 0."""
         found = []
         for count in reversed(self.shape):
             case, place = divmod(case, count)

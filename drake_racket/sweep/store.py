@@ -1,4 +1,4 @@
-"""The durable results of a sweep: one store, `sweep.sqlite`, readable with any SQLite.
+"""Keeps a sweep's results durably in one store, `sweep.sqlite`, readable with any SQLite.
 
     table cases     one row per finished case: case (its number), hash (of its scenario), status
                     (done or failed), failure, warnings (JSON list), seconds, then one column per
@@ -33,7 +33,7 @@ FILE = "sweep.sqlite"
 
 @dataclass(frozen=True)
 class CaseRow:
-    """One finished case."""
+    """Holds one finished case."""
 
     case: int
     failure: str
@@ -42,7 +42,7 @@ class CaseRow:
 
 
 class SweepStore(Store):
-    """The results of one sweep, in a directory or (None) in memory. One process may have it."""
+    """Holds results of one sweep, in a directory or (None) in memory. One process may have it."""
 
     def __init__(
         self, directory: Path | None, header: Mapping[str, Any], outputs: Sequence[Output]
@@ -90,13 +90,13 @@ class SweepStore(Store):
         self.write(f"INSERT OR REPLACE INTO cases VALUES ({marks})", rows)
 
     def finished(self) -> dict[int, bool]:
-        """Finished case -> whether it failed."""
+        """Maps each finished case to whether it failed."""
         found = self.read('SELECT "case", status FROM cases ORDER BY "case"')
         return {case: status == "failed" for case, status in found}
 
 
 def case_rows(store: StoreReader) -> Iterator[CaseRow]:
-    """The finished cases by their numbers."""
+    """Gives the finished cases by their numbers."""
     for row in store.read('SELECT * FROM cases ORDER BY "case"'):
         case, _, _, failure, warnings, _, *values = row
         numbers = [math.nan if x is None else float(x) for x in values]
@@ -104,7 +104,7 @@ def case_rows(store: StoreReader) -> Iterator[CaseRow]:
 
 
 def read_sweep(directory: Path) -> StoreReader:
-    """The results of a sweep that another process may be running.
+    """Gives the results of a sweep that another process may be running.
 
     Raises:
         InputError: there is none in the directory.

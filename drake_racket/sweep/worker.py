@@ -1,4 +1,4 @@
-"""What a process does with one case of a sweep, wherever the process is."""
+"""Does in a process, wherever it is, what one case of a sweep needs."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ DataReader = Callable[[ImpactResult, ImpactDiagram], "xarray.Dataset"]
 
 
 class DifferentWorker(InputError):
-    """A process that would not compute what the sweep's own process computes."""
+    """The process would not compute what the sweep's own process computes."""
 
 
 @dataclass(frozen=True)
 class CaseSettings:
-    """What all cases of a sweep share.
+    """Holds what all cases of a sweep share.
 
     Attributes:
         outputs: what to read.
@@ -61,7 +61,7 @@ class CaseSettings:
 
 @dataclass(frozen=True)
 class CaseTask:
-    """One case to run.
+    """Holds one case to run.
 
     Attributes:
         case: its number.
@@ -80,7 +80,7 @@ class CaseTask:
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """What one case gave.
+    """Holds what one case gave.
 
     Attributes:
         case: its number.
@@ -103,7 +103,7 @@ class CaseOutcome:
 
 
 def failed(case: int, outputs: int, reason: str, seconds: float = 0.0) -> CaseOutcome:
-    """The outcome of a case that did not finish, with as many outputs."""
+    """Gives the outcome of a case that did not finish, with as many outputs."""
     return CaseOutcome(case, [math.nan] * outputs, one_line(reason), seconds=seconds)
 
 

@@ -1,4 +1,4 @@
-"""Sections about ball, frame and instruments: force plate, modes, hammer, inertia bench."""
+"""These sections are about ball, frame and instruments: plate, modes, hammer, bench."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ PLATE_STEP = IntegratorSettings(maximum_step=2e-6, error_control=False)
 
 
 def force_plate(plan: Plan, progress: Report) -> SectionResult:
-    """The ball on a rigid plate, and a drop on a hard floor."""
+    """Compares the ball on a rigid plate, and a drop on a hard floor."""
     dataset = plate_dataset(plan.speeds, settings=PLATE_STEP)
     progress(Progress("", 1, 2))
     drop = make_force_plate().run(drop_speed())
@@ -122,7 +122,7 @@ def frame_modes(plan: Plan, progress: Report) -> SectionResult:
 
 
 def impact_hammer(plan: Plan, progress: Report) -> SectionResult:
-    """Frequencies read from ringing, as a user would from a measured history."""
+    """Compares frequencies read from ringing, as a user would from a measured history."""
     values: dict[str, float] = {}
     datasets: dict[str, xarray.Dataset] = {}
     figures: dict[str, tuple[str, Any]] = {}
@@ -169,7 +169,7 @@ def impact_hammer(plan: Plan, progress: Report) -> SectionResult:
 
 
 def inertia_bench(plan: Plan, progress: Report) -> SectionResult:
-    """What the simulated bench returns of the inertia that is put in."""
+    """Compares what the simulated bench returns with the inertia that is put in."""
     dataset = inertia_dataset()
     progress(Progress("", 1, 2))
     parts = dataset.sel(part=["handle", "head"])

@@ -1,4 +1,4 @@
-"""Sections about the string-bed: head clamped, oblique, moving racket, and slow pressing."""
+"""These sections are about the string-bed: head clamped, oblique, moving, pressed slowly."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ STANDARD_GRAVITY = 9.80665  # m/s^2
 
 
 def drop_speed() -> float:
-    """Speed (m/s) after the ITF's drop, without air."""
+    """Gives the speed (m/s) after the ITF's drop, without air."""
     return math.sqrt(2.0 * STANDARD_GRAVITY * DROP_HEIGHT)
 
 
 def head_clamped(plan: Plan, progress: Report) -> SectionResult:
-    """Normal impacts: rebound range, restitution over speed and tension."""
+    """Compares normal impacts: rebound range, restitution over speed and tension."""
     dataset = normal_impacts(
         points=plan.points, speeds=plan.speeds, workers=plan.workers, progress=progress
     )
@@ -90,7 +90,7 @@ def head_clamped(plan: Plan, progress: Report) -> SectionResult:
 
 
 def oblique(plan: Plan, progress: Report) -> SectionResult:
-    """Both strokes, both readings of friction and of the angle."""
+    """Compares both strokes, in both readings of friction and of the angle."""
     dataset = oblique_impacts(points=plan.points, workers=plan.workers, progress=progress)
     values: dict[str, float] = {}
     all_cases = 0
@@ -158,7 +158,7 @@ def _slide(dataset: xarray.Dataset) -> xarray.DataArray:
 
 
 def moving_racket(plan: Plan, progress: Report) -> SectionResult:
-    """Free, held and clamped racket: apparent restitution, vibration, and the grip."""
+    """Compares free, held and clamped racket: apparent restitution, vibration, and the grip."""
     from drake_racket.rigs.modes.shapes import head_node
 
     supports = ("free", "grip", "clamped_handle")
@@ -221,7 +221,7 @@ def moving_racket(plan: Plan, progress: Report) -> SectionResult:
 
 
 def static_stiffness(plan: Plan, progress: Report) -> SectionResult:
-    """The string-bed pressed slowly: which beds match."""
+    """Compares beds pressed slowly: which match."""
     dataset = stiffness_dataset(points=plan.points, forces=plan.forces)
     progress(Progress("", 1, 1))
     difference = mean_difference(dataset)

@@ -1,4 +1,4 @@
-"""What a section of the validation is asked for, and what it gives."""
+"""Says what a section of the validation is asked for, and what it gives."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plan:
-    """How fine the grids are. The default is the whole report; `coarse` is a first look."""
+    """Says how fine the grids are. The default is the whole report; `coarse` is a first look."""
 
     points: tuple[int, ...] = POINT_NUMBERS
     speeds: tuple[float, ...] = CANNON_SPEEDS
@@ -27,11 +27,11 @@ class Plan:
 
     @staticmethod
     def coarse(workers: int = 1) -> Plan:
-        """Five points, two speeds: some tens of seconds."""
+        """Makes a plan of five points and two speeds: some tens of seconds."""
         return Plan((2, 4, 5, 7, 8), (18.0, 33.0), 0.07, (1.0, 400.0, 800.0, 1200.0), workers)
 
     def settings(self) -> dict[str, Any]:
-        """What decides the numbers: all but the number of processes."""
+        """Tells what decides the numbers: all but the number of processes."""
         values = dataclasses.asdict(self)
         del values["workers"]
         return values
@@ -39,7 +39,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class SectionResult:
-    """What a section computes.
+    """Holds what a section computes.
 
     Attributes:
         values: key of the published entry -> the model's value.

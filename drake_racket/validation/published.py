@@ -1,4 +1,4 @@
-"""The published numbers and how the model is compared with them: data/published.yaml."""
+"""Reads the published numbers and how the model is compared: data/published.yaml."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TOLERANCE_KINDS = ("relative", "absolute")
 
 @dataclass(frozen=True)
 class PublishedValue(Schema):
-    """One published number or range; see the head of data/published.yaml for the keys."""
+    """A published value is one number or range; the head of data/published.yaml has the keys."""
 
     key: Text = ""
     section: Text = ""
@@ -36,7 +36,7 @@ class PublishedValue(Schema):
 
 @dataclass(frozen=True)
 class PublishedValues(Schema):
-    """The whole file."""
+    """Holds the whole file."""
 
     entries: tuple[PublishedValue, ...]
 

@@ -100,7 +100,7 @@ def markdown(
     titles: dict[str, str],
     plan: Plan,
 ) -> str:
-    """The report as Markdown."""
+    """Gives the report as Markdown."""
     counts = Counter(row.verdict for row in rows)
     lines = [
         "# Validation report",
@@ -218,7 +218,7 @@ def _inferred(rows: Sequence[Comparison]) -> list[str]:
 
 
 def inferred_values() -> dict[str, str]:
-    """Key -> source text of every inferred value of the shipped racket, ball and grip."""
+    """Gives the key -> source text of every inferred value of the shipped racket, ball and grip."""
     values = {
         key: value.source
         for key, value in (
@@ -243,7 +243,7 @@ code { font-size: 0.9em }
 
 
 def as_html(text: str) -> str:
-    """The Markdown as one HTML page; its figures stay files beside it."""
+    """Gives the Markdown as one HTML page; its figures stay files beside it."""
     from markdown_it import MarkdownIt
 
     body = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)

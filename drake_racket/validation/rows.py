@@ -1,4 +1,4 @@
-"""One published number beside the model's: the difference, and what follows from it."""
+"""A row sets one published number beside the model's: the difference, and what follows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ AGREES, DIFFERS, NOT_COMPARABLE = "agrees", "differs", "not comparable"
 
 @dataclass(frozen=True)
 class Comparison:
-    """A line of the report.
+    """A comparison is a line of the report.
 
     Attributes:
         model: the model's value; None where there is nothing to compare with.
@@ -29,7 +29,7 @@ class Comparison:
     verdict: str
 
     def reason(self) -> str:
-        """One line: why this verdict."""
+        """Says in one line why this verdict."""
         entry = self.published
         if self.verdict == NOT_COMPARABLE:
             return f"{entry.not_comparable}; {entry.note}"
@@ -37,7 +37,7 @@ class Comparison:
 
 
 def compare(entry: PublishedValue, model: float | None) -> Comparison:
-    """The verdict on one number. A model value that is not finite differs from everything."""
+    """Gives the verdict on one number. A model value that is not finite differs from everything."""
     if entry.not_comparable:
         return Comparison(entry, model, None, None, NOT_COMPARABLE)
     if model is None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,7 +74,7 @@ class BedProblem:
 
     def fingerprint(self) -> str:
         """Hash of the data and of what is asked of them."""
-        digest = hashlib.sha256(repr((self.case, self.racket, self.ball)).encode())
+        digest = hashlib.sha256(repr((self.case, asdict(self.racket), asdict(self.ball))).encode())
         digest.update(self.measured.tobytes())
         return digest.hexdigest()
 

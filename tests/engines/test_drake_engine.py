@@ -10,6 +10,7 @@ import pytest
 from drake_racket import LimbSettings, Scenario, make_impact_diagram, resolve, run_drake, simulate
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import PHASE
+from drake_racket.results import kinematics
 from drake_racket.results.energy import Momenta, rigid_motion
 
 CASES = {
@@ -73,6 +74,28 @@ def test_accelerations_are_those_after_the_events(ran):
         expected = system.impact.racket.handle.EvalSpatialAccelerationInWorld(context).get_coeffs()
         scale = np.max(np.abs(expected)) + 1.0
         np.testing.assert_allclose(found[sample], expected, rtol=0, atol=1e-9 * scale)
+
+
+def test_frames_move_as_the_plants_do(ran):
+    case, system, trajectory, samples = ran
+    racket, motion, places = system.impact.racket, trajectory.motion, trajectory.mechanism.places
+    felt = kinematics.handle_accelerations(motion, places["accelerometer"])
+    for sample in samples:
+        _, context = context_at(system, trajectory, sample, case)
+        for name in ("butt", "gsc", "tip"):
+            frame = racket.frame(name)
+            place = kinematics.positions(motion, places[name])[sample]
+            speed = kinematics.velocities(motion, places[name])[sample]
+            moving = frame.CalcSpatialVelocityInWorld(context).translational()
+            pose = frame.CalcPoseInWorld(context)
+            np.testing.assert_allclose(place, pose.translation(), rtol=0, atol=1e-13)
+            np.testing.assert_allclose(speed, moving, rtol=1e-12, atol=1e-12)
+        if case.scenario.time_step == 0.0:
+            frame = racket.frame("accelerometer")
+            in_world = frame.CalcSpatialAccelerationInWorld(context).translational()
+            turned = racket.handle.EvalPoseInWorld(context).rotation().matrix().T @ in_world
+            scale = np.max(np.abs(turned)) + 1.0
+            np.testing.assert_allclose(felt[sample], turned, rtol=0, atol=1e-9 * scale)
 
 
 def test_contact_and_hand_are_those_of_the_ports(ran):

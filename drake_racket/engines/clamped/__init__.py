@@ -1,1 +1,1 @@
-"""The engine of head-clamped impacts: many at once, with exact derivatives."""
+"""The clamped engine runs head-clamped impacts, many at once, with exact derivatives."""

@@ -1,4 +1,4 @@
-"""Batches of impacts on string-beds whose head is clamped: the fast rig under the fits.
+"""Runs batches of impacts on string-beds whose head is clamped: the fast rig under the fits.
 
 `ode` has the equations. It is not a second model: the force laws are those of the
 Drake systems, and a test ties a batch to the Drake rig (`rigs.head_clamped`).
@@ -30,7 +30,7 @@ STEP = 2e-5
 
 @dataclass(frozen=True)
 class Bed:
-    """A string-bed in numbers.
+    """A bed is a string-bed in numbers.
 
     Attributes:
         constants: (4, springs) of `strings.tensions`.
@@ -46,7 +46,7 @@ class Bed:
     topology: BedTopology
 
     def static_stiffness(self) -> Array:
-        """(points,) N/m at each point of the flat bed, all else unloaded: 1 / (K^-1)_pp."""
+        """Gives (points,) N/m at each point of the flat bed, all else unloaded: 1 / (K^-1)_pp."""
         k, slack, length2, _ = self.constants
         length, incidence = np.sqrt(length2), self.topology.incidence
         matrix = incidence.T @ (((slack + k * length) / length)[:, None] * incidence)
@@ -55,7 +55,7 @@ class Bed:
 
 @dataclass(frozen=True)
 class Impacts:
-    """What is shot at the beds: m impacts.
+    """The impacts of a batch say what is shot at the beds: m of them.
 
     Attributes:
         points: (m,) from 1.
@@ -92,18 +92,18 @@ class Rebounds:
     ended: NDArray[np.bool_]
 
     def column(self, name: str) -> tuple[Array, Array]:
-        """Values (m,) and derivatives (m, n) of one of OUTPUTS."""
+        """Gives values (m,) and derivatives (m, n) of one of OUTPUTS."""
         i = OUTPUTS.index(name)
         return self.values[:, i], self.jacobian[:, i]
 
     def restitution(self, impacts: Impacts) -> tuple[Array, Array]:
-        """Normal rebound over normal approach speed (m,), and its derivatives (m, n)."""
+        """Gives normal rebound over normal approach speed (m,), and its derivatives (m, n)."""
         approach = -impacts.velocities[:, 2]
         values, slopes = self.column("v_z")
         return values / approach, slopes / approach[:, None]
 
     def rebound_angle(self, impacts: Impacts) -> tuple[Array, Array]:
-        """Angle (rad) from the normal (m,), as `rigs.head_clamped` signs it, with derivatives.
+        """Gives the angle (rad) from the normal (m,), as `rigs.head_clamped` signs it.
 
         The tangential part counts along the tangential direction of approach.
         """
@@ -187,7 +187,7 @@ def _check_points(points: NDArray[np.int64], most: int) -> None:
 
 
 def bed_parameters(racket: RacketParameters) -> tuple[list[str], Array]:
-    """Names and values of a bed's fitted parameters: `T0`, `k1`.., `p1`.. (N, N/m, 1)."""
+    """Names a bed's fitted parameters, `T0`, `k1`.., `p1`.., and gives their values (N, N/m, 1)."""
     bed = racket.string_bed
     k, p = bed.stiffness.value, bed.rim_factors.value
     names = ["T0", *(f"k{i + 1}" for i in range(len(k))), *(f"p{i + 1}" for i in range(len(p)))]
@@ -195,7 +195,7 @@ def bed_parameters(racket: RacketParameters) -> tuple[list[str], Array]:
 
 
 def make_bed(racket: RacketParameters, values: Any = None, free: Sequence[str] = ()) -> Bed:
-    """The bed of a racket, its parameters replaced by `values`, in the order of `bed_parameters`.
+    """Makes a racket's bed, its parameters replaced by `values`, in the order of `bed_parameters`.
 
     Args:
         free: names of the parameters to differentiate with respect to, in the order wanted.
@@ -245,7 +245,7 @@ def make_impacts(
     friction_reading: str = "velocity",
     friction: Any = None,
 ) -> Impacts:
-    """Impacts with the ball's constants at their speeds and the friction of their points.
+    """Makes impacts with the ball's constants at their speeds and the friction of their points.
 
     Args:
         points: (m,) from 1.  velocities: (m, 3) m/s, z negative; or (m,) normal speeds.
@@ -274,7 +274,7 @@ def make_impacts(
 
 
 def contact_constants(ball: BallParameters, speed: float) -> tuple[float, float]:
-    """The ball's kb (N/m) and cb (N s/m) at a normal approach speed (m/s)."""
+    """Gives the ball's kb (N/m) and cb (N s/m) at a normal approach speed (m/s)."""
     low, high = ball.speed_low.value, ball.speed_high.value
     kb = ball_constants(speed, low, high, ball.stiffness_low.value, ball.stiffness_growth.value)
     cb = ball_constants(speed, low, high, ball.damping_low.value, ball.damping_growth.value)

@@ -1,4 +1,4 @@
-"""One normal or oblique impact on a string-bed whose head is clamped, as compiled loops.
+"""Runs one impact on a string-bed whose head is clamped, as compiled loops.
 
 `ode` has the equations, made of the laws of the Drake systems; `steps` has the steps. Touch is at
 t = 0. A step is Runge-Kutta of order 4; release, a second touch and the peaks are placed inside a

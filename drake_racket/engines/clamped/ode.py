@@ -1,4 +1,4 @@
-"""A ball on a string-bed whose head is clamped: the equations of motion, and their derivatives.
+"""Has the equations of motion of a ball on a head-clamped bed, and their derivatives.
 
 The laws of the Drake systems (`strings.spring_law`, `contact.contact_law`) in an ODE of 2 n + 6
 states y: heights z (0 to n - 1) and rates (n to 2 n - 1) of the n string masses, position (the next
@@ -24,13 +24,13 @@ from drake_racket.laws.strings import spring_law, spring_partials
 
 @compilable
 def masses(y: Any) -> int:
-    """The number n of string masses: y has n heights, n rates and six numbers of the ball."""
+    """Gives the number n of string masses: y has n heights, n rates and six numbers of the ball."""
     return len(y) // 2 - 3
 
 
 @compilable
 def relative(y: Any, p: int) -> Any:
-    """p_SQ and v_SQ in the head, S being the string mass p (0-based)."""
+    """Gives p_SQ and v_SQ in the head, S being the string mass p (0-based)."""
     n = masses(y)
     b = 2 * n
     return (y[b], y[b + 1], y[b + 2] - y[p]), (y[b + 3], y[b + 4], y[b + 5] - y[n + p])
@@ -38,7 +38,7 @@ def relative(y: Any, p: int) -> Any:
 
 @compilable
 def heights(y: Any, ends: Any, g: Any) -> None:
-    """Height dz and rate of the springs into the rows 0 and 1 of g (7, m)."""
+    """Writes height dz and rate of the springs into the rows 0 and 1 of g (7, m)."""
     n = masses(y)
     for r in range(ends.shape[1]):
         i, j = ends[0, r], ends[1, r]
@@ -53,7 +53,7 @@ def heights(y: Any, ends: Any, g: Any) -> None:
 def rates(
     y: Any, touching: bool, p: int, ends: Any, bed: Any, ball: Any, mass: Any, g: Any, f: Any
 ) -> None:
-    """Rates y' into f. `mass`: of the ball, of a string mass; `ball`: contact_law's constants."""
+    """Writes rates y' into f. `mass`: of ball and string mass; `ball`: contact_law's constants."""
     heights(y, ends, g)
     n, m = masses(y), ends.shape[1]
     b = 2 * n
@@ -81,7 +81,7 @@ def rates(
 
 @compilable
 def force_by_theta(y: Any, s: Any, a: int, p: int, ball: Any, by_ball: Any) -> Any:
-    """d(kb x + cb x')/dtheta_a; `by_ball` as of `tangent_rates`."""
+    """Gives d(kb x + cb x')/dtheta_a; `by_ball` as of `tangent_rates`."""
     n = masses(y)
     at, moving = relative(y, p)
     return (
@@ -107,7 +107,7 @@ def tangent_rates(
     g: Any,
     f: Any,
 ) -> None:
-    """Rates s' into f, as s.
+    """Writes rates s' into f, as s.
 
     Args:
         by_bed: (4, m, free) d constants/dtheta.

@@ -33,7 +33,7 @@ def step(
     g: Any,
     new: Any,
 ) -> None:
-    """One Runge-Kutta step of y into `new`."""
+    """Takes one Runge-Kutta step of y into `new`."""
     w[4] = y
     for stage in range(1, 4):
         part = h if stage == 3 else 0.5 * h
@@ -61,7 +61,7 @@ def tangent_step(
     v: Any,
     new: Any,
 ) -> None:
-    """The derivative of `step`, at the stages that it left in w; v (3, states, n) is scratch."""
+    """Gives derivative of `step`, at the stages that it left in w; v (3, states, n) is scratch."""
     size, count = s.shape
     slope, stage_s, total = v[0], v[1], v[2]
     for i in range(size):
@@ -85,7 +85,7 @@ def tangent_step(
 
 @compilable
 def force_rate(y: Any, f: Any, p: int, ball: Any) -> Any:
-    """dN/dt (N/s) at a state y with rates f."""
+    """Gives dN/dt (N/s) at a state y with rates f."""
     n = masses(y)
     v, a = 2 * n + 5, n + p
     return -ball[0] * (y[v] - y[a]) - ball[1] * (f[v] - f[a])
@@ -95,7 +95,7 @@ def force_rate(y: Any, f: Any, p: int, ball: Any) -> Any:
 def sign(
     kind: int, y: Any, p: int, ends: Any, bed: Any, ball: Any, mass: Any, w: Any, g: Any
 ) -> Any:
-    """What is zero at an event: raw normal force, gap, rate of the struck mass, rate of N."""
+    """Tells what is zero at an event: raw normal force, gap, rate of the struck mass, rate of N."""
     at, moving = relative(y, p)
     if kind == RELEASE:
         return contact_law(at, moving, ball)[3]
@@ -122,7 +122,7 @@ def locate(
     g: Any,
     new: Any,
 ) -> Any:
-    """The part of h after which the event is, by regula falsi (Illinois); `new` is there."""
+    """Gives the part of h after which the event is, by regula falsi (Illinois); `new` is there."""
     low, high = 0.0, h
     at_low = sign(kind, y, p, ends, bed, ball, mass, w, g)
     step(y, h, touching, p, ends, bed, ball, mass, w, g, new)
@@ -150,7 +150,7 @@ def locate(
 
 @compilable
 def reach(y: Any, p: int, ends: Any, bed: Any, mass: Any, stiffness: Any) -> float:
-    """How far (m) the struck mass can come out."""
+    """Tells how far (m) the struck mass can come out."""
     energy, n = 0.0, masses(y)
     for i in range(n):
         energy += 0.5 * mass[1] * y[n + i] * y[n + i]

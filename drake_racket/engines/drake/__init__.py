@@ -1,1 +1,1 @@
-"""The reference engine: Drake's own plant, systems and integrators."""
+"""The reference engine runs on Drake's own plant, systems and integrators."""

@@ -1,4 +1,4 @@
-"""The numbers of a mechanism, read from a plant and its Context for whoever knows no Drake."""
+"""Reads a mechanism's numbers from a plant and its Context for whoever knows no Drake."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _SAME_PLACE = 1e-6  # m; joints nearer than this, at both ends of a run, are one
 
 @dataclass(frozen=True)
 class Parts:
-    """Handles to what takes part in an impact: as in `ImpactDiagram`, or a user's own."""
+    """Holds handles to what takes part in an impact: as in `ImpactDiagram`, or a user's own."""
 
     impact: Impact
     meter: Any | None = None
@@ -51,7 +51,7 @@ class Parts:
 
     @property
     def plant(self) -> MultibodyPlant:
-        """The plant that holds them."""
+        """Gives the plant that holds them."""
         return self.impact.racket.plant
 
 

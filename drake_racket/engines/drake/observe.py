@@ -1,4 +1,4 @@
-"""What one instant of a Drake simulation shows: the row of arrays that a trajectory is made of."""
+"""Reads what one instant of a Drake simulation shows: a row of a trajectory's arrays."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class State(NamedTuple):
-    """What every sample has."""
+    """Says what every sample has."""
 
     time: float
     plant: Array
@@ -28,7 +28,7 @@ class State(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """How the bodies move at one sample, and what loads the hand and the limb."""
+    """Says how the bodies move at one sample, and what loads the hand and the limb."""
 
     poses: list[Array]
     velocities: list[Array]
@@ -63,7 +63,7 @@ class Observer:
             self._counts = [j.num_velocities() for j in limb.limb.joints]
 
     def state(self, root: Context) -> State:
-        """Time, state and contact."""
+        """Reads time, state and contact."""
         parts = self._parts
         contact = self._contact.GetMyContextFromRoot(root)  # type: ignore[union-attr]
         totals: Array = np.full(TOTALS, math.nan)
@@ -95,7 +95,7 @@ class Observer:
             energy.SetContinuousState(state.totals[TOTALS:])
 
     def moving(self, root: Context) -> Moving:
-        """Poses and velocities of all bodies but the string masses; and loads."""
+        """Gives the poses and velocities of all bodies but the string masses; and loads."""
         parts, context = self._parts, self._plant.GetMyContextFromRoot(root)
         poses = [body.EvalPoseInWorld(context).GetAsMatrix34() for body in self._bodies]
         velocities = [
@@ -123,7 +123,7 @@ class Observer:
         return [forces[i].translational() for i in self._joints]
 
     def motion(self, samples: list[int], rows: list[Moving], state: Array) -> Motion:
-        """The arrays of a trajectory's motion.
+        """Gives the arrays of a trajectory's motion.
 
         Args:
             samples: numbers of the samples.

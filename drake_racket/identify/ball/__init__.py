@@ -1,1 +1,1 @@
-"""Fits of kb and cb to force-plate records."""
+"""Fits kb and cb to force-plate records."""

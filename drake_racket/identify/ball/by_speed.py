@@ -41,7 +41,7 @@ ROUNDING = 1e-9  # of the peak: no noise at all
 
 @dataclass(frozen=True)
 class SpeedFit:
-    """What the impacts at one speed tell.
+    """Holds what the impacts at one speed tell.
 
     Attributes:
         impacts, contacts, masses: the data, in the order of the table.
@@ -69,17 +69,17 @@ class SpeedFit:
 
     @property
     def rms(self) -> float:
-        """N."""
+        """Gives the root mean square of the residuals, N."""
         return float(np.sqrt(np.mean(self.residuals**2)))
 
     @property
     def peak(self) -> float:
-        """Largest sample of all the group's records, N."""
+        """Gives the largest sample of all the group's records, N."""
         return max(contact.peak for contact in self.contacts)
 
     @cached_property
     def closed_forms(self) -> tuple[ClosedForm, ...]:
-        """The fitted model of each impact."""
+        """Gives the fitted model of each impact."""
         return tuple(
             closed_form(mass=m, stiffness=self.kb, damping=self.cb, speed=float(v))
             for m, v in zip(self.masses, self.speeds, strict=True)

@@ -1,6 +1,6 @@
-"""The ball's stiffness and damping over approach speed, from impacts on a force plate.
+"""Fits the ball's stiffness and damping over approach speed to impacts on a force plate.
 
-One pair kb, cb per speed (`ball_speed`), and a straight line through each over speed: the law that
+One pair kb, cb per speed (`by_speed`), and a straight line through each over speed: the law that
 the ball's parameter file holds, its values at a lowest speed and their growth up to a highest.
 """
 
@@ -36,7 +36,7 @@ ROUNDING = 1e-5  # of the value: data without noise scatter by less
 
 @dataclass(frozen=True)
 class BallFit:
-    """kb and cb over speed.
+    """Holds kb and cb over speed.
 
     Attributes:
         groups: one fit per speed, from the slowest.
@@ -55,11 +55,11 @@ class BallFit:
 
     @property
     def rms(self) -> float:
-        """N, of the force over all fitted samples."""
+        """Gives the root mean square in N, of the force over all fitted samples."""
         return float(np.sqrt(np.mean(np.concatenate([g.residuals for g in self.groups]) ** 2)))
 
     def fields(self) -> dict[str, Estimate]:
-        """The fields of a ball's parameter file, by name.
+        """Gives the fields of a ball's parameter file, by name.
 
         `speed_low`, `speed_high`, `stiffness_low`, `stiffness_growth`, `damping_low` and
         `damping_growth`; without the growths, and of the one speed, if there is one only. The
@@ -85,7 +85,10 @@ class BallFit:
         return found
 
     def to_dataset(self) -> xarray.Dataset:
-        """Per speed: estimates, standard errors, restitution and RMS; lines and intervals too."""
+        """Labels by speed: estimates, standard errors, restitution and RMS.
+
+        Lines and intervals too.
+        """
         import xarray as xr
 
         rows = np.array([_row(group) for group in self.groups]).T
@@ -179,7 +182,7 @@ def fit_ball(
         progress: called with the speeds done; `rms` (N) at the one just fitted.
 
     Raises:
-        InputError: a number out of range, or a record that `ball_speed.fit_speed` refuses.
+        InputError: a number out of range, or a record that `by_speed.fit_speed` refuses.
 
     """
     if weights is not None and weights not in WEIGHTS:

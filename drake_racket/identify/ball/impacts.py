@@ -1,4 +1,4 @@
-"""Measured impacts of a ball on a force plate: the table, the records, and what is fitted of each.
+"""Reads measured impacts of a ball on a force plate, and says what is fitted of each.
 
 The table is a CSV with one row per impact and the columns `file`, `speed [m/s]` (measured, before
 the impact) and, if the balls were weighed, `mass [kg]`. `file` is a path from the table's place to
@@ -31,7 +31,7 @@ MOST_ROWS = 1000
 
 @dataclass(frozen=True)
 class BallImpact:
-    """One impact: the plate's force, and the ball's approach speed (m/s) as measured.
+    """A ball impact is the plate's force and the ball's approach speed (m/s), as measured.
 
     Attributes:
         mass: of this ball, kg; None where it was not weighed.
@@ -62,7 +62,7 @@ def check_mass(mass: float, key: str) -> None:
 
 @dataclass(frozen=True)
 class Contact:
-    """The samples of a record that are surely in contact.
+    """Holds the samples of a record that are surely in contact.
 
     Attributes:
         samples: of the record; the first of the pulse is left out, in which touch may fall.
@@ -86,7 +86,7 @@ class Contact:
 
 
 def find_contact(impact: BallImpact, mass: float) -> Contact:
-    """The contact in a record.
+    """Gives the contact in a record.
 
     Args:
         mass: kg, of the ball.
@@ -122,7 +122,7 @@ def find_contact(impact: BallImpact, mass: float) -> Contact:
 
 
 def resting_offset(quiet: NDArray[np.float64]) -> float:
-    """Mean of the samples before anything happens; 0 where noise explains it, or below 20."""
+    """Gives mean of the samples before anything happens; 0 where noise explains it, or below 20."""
     if len(quiet) < 20:
         return 0.0
     mean = float(quiet.mean())

@@ -1,4 +1,4 @@
-"""Impacts at one speed as a least-squares problem."""
+"""States impacts at one speed as a least-squares problem."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from drake_racket.identify.core.problem import Parameter
 
 
 class PlateProblem:
-    """kb, cb of impacts at one speed, with each impact's speed and time of touch.
+    """Fits kb and cb to impacts at one speed, with each impact's speed and time of touch.
 
     Parameters: kb, cb, then `speed_i` of each impact (unless the speeds are held), then `touch_i`.
     Residuals: force (N) at the fitted samples, impact after impact; then, unless the speeds are
@@ -49,25 +49,25 @@ class PlateProblem:
     def split(
         self, x: NDArray[np.float64]
     ) -> tuple[float, float, NDArray[np.float64], NDArray[np.float64]]:
-        """kb, cb, the speeds and the times of touch."""
+        """Splits x into kb, cb, the speeds and the times of touch."""
         count = len(self.impacts)
         speeds = self.measured if self.held else x[2 : 2 + count]
         return float(x[0]), float(x[1]), speeds, x[-count:]
 
     def residuals(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Model less measured, N."""
+        """Gives the model less measured, N."""
         return self._both(x)[0]
 
     def jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Derivatives of the residuals, (m, n)."""
+        """Gives the derivatives of the residuals, (m, n)."""
         return self._both(x)[1]
 
     def force_residuals(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Those of the force alone, N."""
+        """Gives the residuals of the force alone, N."""
         return self.residuals(x)[: sum(len(force) for _, force in self.records)]
 
     def fingerprint(self) -> str:
-        """Hash of the data and of what is asked of them."""
+        """Gives the hash of the data and of what is asked of them."""
         digest = hashlib.sha256(repr((self.title, self.parameters, self.speed_weight)).encode())
         for (time, force), mass in zip(self.records, self.masses, strict=True):
             digest.update(np.concatenate([time, force, [mass]]).tobytes())

@@ -1,6 +1,6 @@
-"""The force of a ball on a rigid plate and its exact derivatives.
+"""Computes the force of a ball on a rigid plate and its exact derivatives.
 
-`rigs.plate_force` has the law and its closed form. With a = cb / (2 m), g = kb - cb a and
+`rigs.force_plate.force` has the law and its closed form. With a = cb / (2 m), g = kb - cb a and
 q = kb / m - a^2 (negative if overdamped),
 
     N = v exp(-a t) (cb C + g S),   C = cos(sqrt(q) t),   S = sin(sqrt(q) t) / sqrt(q),
@@ -27,7 +27,7 @@ SERIES_BELOW = 0.05
 def plate_force(
     time: Array, *, mass: float, stiffness: float, damping: float, speed: float
 ) -> tuple[Array, Array]:
-    """Force (N) and its derivatives, without the end of contact.
+    """Gives the force (N) and its derivatives, without the end of contact.
 
     Args:
         time: (n,) s from touch; negative times continue the formula backwards.

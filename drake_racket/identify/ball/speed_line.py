@@ -1,4 +1,4 @@
-"""A straight line through fitted values over speed, with its intervals.
+"""Draws a straight line through fitted values over speed, with its intervals.
 
 With values y_i at speeds v_i, weights w_i and the centre c = sum w v / sum w, the line
 y = level + slope (v - c) has uncorrelated level and slope:
@@ -29,7 +29,7 @@ WEIGHTS = ("scatter", "fit")
 
 @dataclass(frozen=True)
 class SpeedLine:
-    """A regression on speed (module docstring).
+    """Holds a regression on speed (module docstring).
 
     Attributes:
         name, unit: of the value.
@@ -55,17 +55,17 @@ class SpeedLine:
     misfit: float
 
     def at(self, speed: float) -> Estimate:
-        """The value at a speed (m/s)."""
+        """Gives the value at a speed (m/s)."""
         away = speed - self.centre
         variance = self.variances[0] + away * away * self.variances[1]
         return self._estimate(self.level + self.slope * away, variance, self.unit)
 
     def gradient(self) -> Estimate:
-        """The slope."""
+        """Gives the slope."""
         return self._estimate(self.slope, self.variances[1], f"{self.unit} per m/s")
 
     def growth(self, low: float, high: float) -> Estimate:
-        """Value at `high` over that at `low` (m/s) less 1, errors to first order."""
+        """Gives the value at `high` over that at `low` (m/s) less 1, errors to first order."""
         a, b = low - self.centre, high - self.centre
         bottom, top = self.level + self.slope * a, self.level + self.slope * b
         by_level = (bottom - top) / bottom**2

@@ -1,1 +1,1 @@
-"""What every fit is made of: the problem, the search, the result, its uncertainty."""
+"""Every fit is made of what is here: the problem, the search, the result, its uncertainty."""

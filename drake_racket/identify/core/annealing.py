@@ -1,4 +1,4 @@
-"""Simulated annealing, as the paper fitted its string bed (scipy's dual annealing)."""
+"""Anneals as the paper fitted its string bed (scipy's dual annealing)."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def check_temperature(key: str, temperature: float) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Chain(Start):
-    """One annealing run from one start."""
+    """Holds one annealing run from one start."""
 
     seed: int
     temperature: float
@@ -127,12 +127,12 @@ class Chain(Start):
     polish: bool
 
     def settings(self) -> dict[str, Any]:
-        """What decides its steps; the schedule does not know the number of evaluations."""
+        """Tells what decides its steps; the schedule does not know the number of evaluations."""
         random = [self.seed, self.number]
         return {"method": "simulated annealing", "seed": random, "temperature": self.temperature}
 
     def run(self, report: Tell) -> StartOutcome:
-        """The annealing, and least squares after it if wanted."""
+        """Anneals, and goes on by least squares if wanted."""
         annealed = self._annealed(report)
         if not self.polish or not np.isfinite(annealed.record.cost):
             return annealed

@@ -1,4 +1,4 @@
-"""The result of a fit from its starts: the best one, its uncertainty, and what to be wary of."""
+"""Makes a fit's result from its starts: the best one, its uncertainty, what to be wary of."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ OTHER_PLACE = 0.01  # of the way between the bounds: starts further apart are at
 
 @dataclass(frozen=True, eq=False)
 class StartOutcome:
-    """One start's record with residuals (m,) and Jacobian (m, n) where it ended, if it did."""
+    """Holds one start's record with residuals (m,) and Jacobian (m, n) where it ended."""
 
     record: StartRecord
     residuals: Array
@@ -37,7 +37,7 @@ def make_result(
     seconds: float,
     rescale: bool,
 ) -> FitResult:
-    """The result of the best of the starts.
+    """Gives the result of the best of the starts.
 
     Raises:
         InputError: the model had no solution at any start.

@@ -1,4 +1,4 @@
-"""How well the data determine the parameters, by linearising at the minimum.
+"""Tells how well data determine the parameters, by linearising at the minimum.
 
 With the Jacobian J of the residuals over their sigma the covariance is (J^T J)^-1; where sigma is
 unknown it is estimated as s^2 = sum of squares / (m - parameters determined). Directions that J
@@ -28,7 +28,7 @@ are this small beside what the parameters change between their bounds: data with
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """What the Jacobian at the minimum says.
+    """Holds what the Jacobian at the minimum says.
 
     Attributes:
         covariance: (n, n); inf on the diagonal and nan beside it where not determined.
@@ -60,7 +60,7 @@ def uncertainty(
     *,
     rescale: bool = False,
 ) -> Uncertainty:
-    """Covariance and 95 % intervals from the Jacobian at the minimum.
+    """Gives the covariance and 95 % intervals from the Jacobian at the minimum.
 
     A parameter at a bound gets an infinite interval. The others' intervals are those with that
     parameter free, which are the wider ones.
@@ -110,7 +110,7 @@ def uncertainty(
 
 
 def quantile(confidence: float, freedom: int | None) -> float:
-    """Two-sided quantile: normal, or Student's t where the noise is estimated."""
+    """Gives the two-sided quantile: normal, or Student's t where the noise is estimated."""
     tail = 0.5 * (1.0 + confidence)
     if freedom is None:
         return float(stats.norm.ppf(tail))

@@ -1,4 +1,4 @@
-"""A fitted number as reports and parameter files want it."""
+"""An estimate is a fitted number as reports and parameter files want it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value, its standard error and 95 % interval."""
+    """An estimate is a value, its standard error and its 95 % interval."""
 
     value: float
     standard_error: float

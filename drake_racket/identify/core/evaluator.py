@@ -12,7 +12,7 @@ from drake_racket.io.errors import InputError
 
 
 class Evaluator:
-    """Residuals and derivatives as functions of u in [0, 1]^n, each residual over its sigma.
+    """Holds residuals and derivatives as functions of u in [0, 1]^n, each residual over its sigma.
 
     Keeps the best point seen, in the parameters' and the measurement's own units.
 
@@ -37,7 +37,7 @@ class Evaluator:
         self._jacobian: tuple[Array, Array] | None = None
 
     def residuals(self, u: Array) -> Array:
-        """(m,) residuals, each over its sigma; not finite where the model has no solution."""
+        """Gives (m,) residuals, each over its sigma; not finite where the model has no solution."""
         x = self.scale.from_unit(u)
         found = self._checkpoint.value("residuals", x, lambda: self._checked_residuals(x))
         weighted = self._weighted(found)
@@ -45,7 +45,7 @@ class Evaluator:
         return weighted
 
     def cost(self, u: Array) -> float:
-        """Sum of squares of `residuals`; inf where the model has no solution."""
+        """Gives the sum of squares of `residuals`; inf where the model has no solution."""
         x = self.scale.from_unit(u)
 
         def compute() -> Array:
@@ -57,7 +57,7 @@ class Evaluator:
         return cost if np.isfinite(cost) else np.inf
 
     def jacobian(self, u: Array) -> Array:
-        """(m, n) derivatives of `residuals` by u.
+        """Gives (m, n) derivatives of `residuals` by u.
 
         Raises:
             FloatingPointError: they are not finite.
@@ -67,7 +67,7 @@ class Evaluator:
         return self._weighted(self._jacobian_at(x) * self.scale.slope(x))
 
     def best(self) -> tuple[Array, Array, Array]:
-        """Point (n,), residuals (m,) and jacobian (m, n) where the cost is lowest, in own units."""
+        """Gives point (n,), residuals (m,), jacobian (m, n) of the lowest cost, in own units."""
         assert self.best_x is not None
         if not self.best_residuals.size:
             self.best_residuals = self._checked_residuals(self.best_x)

@@ -1,4 +1,4 @@
-"""Likelihood profiles and the confidence intervals they give.
+"""Computes likelihood profiles and the confidence intervals they give.
 
 Where a problem is strongly curved, or two parameters nearly trade off, the covariance's interval is
 poor and the profile's is the better one: the values at which the sum of squares, minimised over all
@@ -29,7 +29,7 @@ _EVALUATIONS = 200
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A likelihood profile: one parameter held at values, the others fitted.
+    """Holds a likelihood profile: one parameter held at values, the others fitted.
 
     Attributes:
         parameter: the one that is held.
@@ -61,7 +61,7 @@ def profile(
     points: int = 15,
     confidence: float = CONFIDENCE,
 ) -> Profile:
-    """Likelihood profile of a parameter.
+    """Computes the likelihood profile of a parameter.
 
     Args:
         result: a fit of this problem.
@@ -100,7 +100,7 @@ def profile(
 def profile_interval(
     problem: Problem, result: FitResult, name: str, *, confidence: float = CONFIDENCE
 ) -> tuple[float, float]:
-    """Confidence interval from the likelihood profile.
+    """Gives the confidence interval from the likelihood profile.
 
     An end is infinite where the profile stays below the threshold as far as the bound: within the
     bounds the data set no limit on that side.

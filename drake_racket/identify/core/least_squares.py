@@ -1,4 +1,4 @@
-"""Least squares by exact derivatives from several starts (scipy's trust region within bounds)."""
+"""Fits by least squares with exact derivatives from several starts (scipy's trust region)."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def fit(
 
 @dataclass(frozen=True, kw_only=True)
 class Descent(Start):
-    """Least squares from one start."""
+    """Descends by least squares from one start."""
 
     tolerance: float
     max_evaluations: int

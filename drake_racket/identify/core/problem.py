@@ -1,4 +1,4 @@
-"""What is fitted: parameters with bounds, and a problem that gives residuals and derivatives."""
+"""A problem has parameters with bounds, and gives residuals and derivatives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LOG_RATIO = 10.0  # positive bounds further apart than this are searched on a lo
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter to estimate.
+    """A Parameter is one number to estimate, with its bounds and its start.
 
     Raises:
         InputError: unless the bounds are finite and lower < start < upper.
@@ -41,12 +41,12 @@ class Parameter:
 
     @property
     def logarithmic(self) -> bool:
-        """True where the search scale is the logarithm: 0 < lower and upper/lower > 10."""
+        """Tells whether the search scale is the logarithm: 0 < lower and upper/lower > 10."""
         return self.lower > 0.0 and self.upper > LOG_RATIO * self.lower
 
 
 class Problem(Protocol):
-    """A model beside measurements: m measured values, n parameters.
+    """Holds a model beside measurements: m measured values, n parameters.
 
     A problem may also have `residual_unit: str`, the measured quantity's unit. With several
     workers it must pickle. Where the model has no solution, `residuals` returns nan.
@@ -67,11 +67,11 @@ class Problem(Protocol):
     def title(self) -> str: ...  # noqa: D102
 
     def residuals(self, x: Array) -> Array:
-        """Model minus measured, (m,), in the measured quantity's unit."""
+        """Gives the model minus measured, (m,), in the measured quantity's unit."""
         ...
 
     def jacobian(self, x: Array) -> Array:
-        """Derivatives of the residuals by the parameters, (m, n), exact."""
+        """Gives the derivatives of the residuals by the parameters, (m, n), exact."""
         ...
 
     def fingerprint(self) -> str:
@@ -94,20 +94,20 @@ class Scale:
         self._decades = np.log(high / low)
 
     def to_unit(self, x: Array) -> Array:
-        """(n,) parameters as numbers between 0 and 1."""
+        """Gives (n,) parameters as numbers between 0 and 1."""
         linear = (x - self.lower) / (self.upper - self.lower)
         low, value = (np.where(self._log, b, 1.0) for b in (self.lower, x))
         log = np.log(value / low) / np.where(self._log, self._decades, 1.0)
         return np.clip(np.where(self._log, log, linear), 0.0, 1.0)
 
     def from_unit(self, u: Array) -> Array:
-        """(n,) parameters of the numbers between 0 and 1."""
+        """Gives (n,) parameters of the numbers between 0 and 1."""
         linear = self.lower + u * (self.upper - self.lower)
         log = self.lower * np.exp(u * self._decades)
         return np.clip(np.where(self._log, log, linear), self.lower, self.upper)
 
     def slope(self, x: Array) -> Array:
-        """(n,) dx/du at the parameters x."""
+        """Gives (n,) dx/du at the parameters x."""
         return np.where(self._log, x * self._decades, self.upper - self.lower)
 
 

@@ -1,4 +1,4 @@
-"""What a fit found: estimates, their uncertainty, residuals and how it converged."""
+"""A result says what a fit found: estimates, their uncertainty, residuals and how it converged."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class StartRecord:
-    """How one start of a fit, or an annealing run, went.
+    """Says how one start of a fit, or an annealing run, went.
 
     Attributes:
         number: which start, from 0.
@@ -47,7 +47,7 @@ class StartRecord:
 
 @dataclass(frozen=True, eq=False)
 class FitResult:
-    """Estimates with their uncertainty.
+    """Holds the estimates with their uncertainty.
 
     Attributes:
         title: the problem's.
@@ -100,28 +100,28 @@ class FitResult:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The parameters' names."""
+        """Gives the parameters' names."""
         return tuple(p.name for p in self.parameters)
 
     @property
     def values(self) -> dict[str, float]:
-        """The estimates by name."""
+        """Gives the estimates by name."""
         return dict(zip(self.names, map(float, self.estimates), strict=True))
 
     @property
     def standard_errors(self) -> Array:
-        """(n,); inf where not determined."""
+        """Gives the standard errors (n,); inf where not determined."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
     def correlation(self) -> Array:
-        """(n, n); nan where not determined."""
+        """Gives the correlations (n, n); nan where not determined."""
         errors = np.where(np.isfinite(self.standard_errors), self.standard_errors, np.nan)
         with np.errstate(invalid="ignore"):  # 0/0 where the data have no noise at all
             return np.asarray(self.covariance / np.outer(errors, errors))
 
     def index(self, name: str) -> int:
-        """Position of a parameter.
+        """Gives the position of a parameter.
 
         Raises:
             InputError: no such parameter.
@@ -134,7 +134,7 @@ class FitResult:
     def to_dataset(
         self, labels: Mapping[str, tuple[Sequence[Any] | Array, str]] | None = None
     ) -> xarray.Dataset:
-        """Estimates, uncertainty, residuals and the starts as labelled data.
+        """Labels estimates, uncertainty, residuals and the starts as a Dataset.
 
         Args:
             labels: coordinates of the measured values: name to ((m,) values, unit), as
@@ -200,7 +200,7 @@ class FitResult:
         )
 
     def to_json(self) -> str:
-        """The result as JSON text; null stands for what is not finite."""
+        """Gives the result as JSON text; null stands for what is not finite."""
         intervals, errors = self.confidence_intervals, self.standard_errors
         content = {
             "title": self.title,

@@ -1,4 +1,4 @@
-"""What the fits on the clamped head share: how they search, and what they say of a result."""
+"""The fits on the clamped head share how they search, and what they say of a result."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ METHODS = ("least-squares", "annealing")
 
 @dataclass(frozen=True)
 class Search:
-    """Options of a fit.
+    """A Search holds the options of a fit.
 
     Attributes:
         method: one of METHODS.
@@ -108,7 +108,7 @@ def _search(
 def estimates(
     result: FitResult, intervals: Sequence[tuple[float, float]] | None = None
 ) -> dict[str, Estimate]:
-    """The result's parameters by name, with other intervals in place of its own if given."""
+    """Gives the result's parameters by name, with other intervals in place of its own if given."""
     own = result.confidence_intervals if intervals is None else np.array(intervals)
     return {
         p.name: Estimate(
@@ -122,24 +122,24 @@ def estimates(
 
 
 def short_title(racket: RacketParameters, names: Sequence[str]) -> str:
-    """The racket's name and what is fitted, short enough for a figure."""
+    """Gives the racket's name and what is fitted, short enough for a figure."""
     what = ", ".join(names) if len(names) <= 4 else f"{names[0]} to {names[-1]}"
     return f"{racket.name}: {what}"
 
 
 def unit_text(unit: str) -> str:
-    """A unit as it follows a number; nothing for pure numbers."""
+    """Gives a unit as it follows a number; nothing for pure numbers."""
     return "" if unit == "1" else f" {unit}"
 
 
 def determined(estimate: Estimate) -> bool:
-    """Whether data determine a positive parameter: its 95 % interval is finite and above 0."""
+    """Tells whether data determine a positive parameter: its 95 % interval is finite, above 0."""
     low, high = estimate.interval
     return bool(low > 0.0 and np.isfinite(high))
 
 
 def loose(found: Mapping[str, Estimate]) -> list[str]:
-    """One line for each parameter that is fitted but not determined."""
+    """Gives one line for each parameter that is fitted but not determined."""
     lines = []
     for name, estimate in found.items():
         if determined(estimate):
@@ -159,7 +159,7 @@ def fingerprint(
     arrays: Sequence[NDArray[np.generic] | None],
     settings: str,
 ) -> str:
-    """Hash of what a fit rests on: values of racket and ball, data, settings."""
+    """Gives the hash of what a fit rests on: values of racket and ball, data, settings."""
     found = hashlib.sha256(settings.encode())
     for parameters in (racket, ball):
         values = [(key, quantity.value) for key, quantity in sourced_fields(parameters)]

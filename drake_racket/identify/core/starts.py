@@ -1,4 +1,4 @@
-"""The starts of a search: where they begin, how they share processes, and what each leaves."""
+"""Runs the starts of a search: where they begin, how they share processes, what each leaves."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Start(ABC):
         return Checkpoint(self.checkpoint, header)
 
     def ended(self, evaluator: Evaluator, status: str, *, converged: bool) -> StartOutcome:
-        """The outcome: the best point seen.
+        """Gives the outcome: the best point seen.
 
         Raises:
             FloatingPointError: its derivatives are not finite.
@@ -81,7 +81,7 @@ class Start(ABC):
         return StartOutcome(record, residuals, jacobian)
 
     def failed(self, evaluator: Evaluator, status: str) -> StartOutcome:
-        """The outcome of a start that led nowhere."""
+        """Gives the outcome of a start that led nowhere."""
         record = StartRecord(
             number=self.number,
             start=evaluator.scale.from_unit(self.point),
@@ -97,7 +97,7 @@ class Start(ABC):
 
 
 def start_points(problem: Problem, starts: int, seed: int) -> list[Array]:
-    """(n,) each: the problem's own start, and a Latin hypercube between the bounds."""
+    """Gives (n,) each: the problem's own start, and a Latin hypercube between the bounds."""
     own = np.array([p.start for p in problem.parameters], float)
     points = [Scale(problem.parameters).to_unit(own)]
     if starts > 1:
@@ -124,7 +124,7 @@ def run_starts(tasks: Sequence[Start], workers: int, progress: Report | None) ->
 
 
 def random_keyword(function: Callable[..., Any]) -> str:
-    """How this scipy calls the generator: `rng` from 1.15 on, `seed` before."""
+    """Tells how this scipy calls the generator: `rng` from 1.15 on, `seed` before."""
     return "rng" if "rng" in inspect.signature(function).parameters else "seed"
 
 

@@ -1,1 +1,1 @@
-"""Fits of the throat joint to impact-hammer records."""
+"""Fits the throat joint to impact-hammer records."""

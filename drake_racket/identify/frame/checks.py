@@ -1,4 +1,4 @@
-"""What a fit of the frame should make one doubt."""
+"""Checks what a fit of the frame should make one doubt."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def frame_warnings(
     passes: NDArray[np.float64],
     through_drake: bool,
 ) -> list[str]:
-    """One line for each.
+    """Lists what to doubt in a fit of the frame, one line each.
 
     Args:
         passes: (k, 2) kf and cf of the linear fit and after each pass through Drake.

@@ -1,4 +1,4 @@
-"""What Drake's racket does under a hit beyond the linear one."""
+"""Computes what Drake's racket does under a hit beyond the linear one."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def check_rates(records: Sequence[HammerRecord]) -> None:
 
 
 class DrakeDifference:
-    """Drake's rig beside the linear model, built once per length of pulse."""
+    """Holds Drake's rig beside the linear model, built once per length of pulse."""
 
     def __init__(self, racket: RacketParameters, direction: str, place: float) -> None:
-        """Arguments as `rigs.impact_hammer.make_hammer_rig`."""
+        """Arguments as `rigs.make_hammer_rig`."""
         self.racket, self.direction, self.place = racket, direction, place
         self._rigs: dict[int, HammerRig] = {}
 
@@ -43,7 +43,7 @@ class DrakeDifference:
         damping: float,
         gain: float,
     ) -> NDArray[np.float64]:
-        """Drake's acceleration less the linear model's over a record, m/s^2.
+        """Gives Drake's acceleration less the linear model's over a record, m/s^2.
 
         Args:
             stiffness: kf, N m/rad.  damping: cf, N m s/rad.

@@ -49,7 +49,7 @@ SETTLED = 1e-6  # relative change of kf and cf below which the passes through Dr
 
 @dataclass(frozen=True)
 class FrameFit:
-    """kf and cf in one plane.
+    """Holds kf and cf in one plane.
 
     Attributes:
         direction: `in_plane` or `out_of_plane`.  place: m from the butt.
@@ -79,45 +79,45 @@ class FrameFit:
 
     @property
     def kf(self) -> Estimate:
-        """N m/rad."""
+        """Gives the joint's stiffness, N m/rad."""
         return self._estimate(0, "N*m/rad")
 
     @property
     def cf(self) -> Estimate:
-        """N m s/rad."""
+        """Gives the joint's damping, N m s/rad."""
         return self._estimate(1, "N*m*s/rad")
 
     @property
     def rms(self) -> float:
-        """m/s^2, of the ringing after the pulse."""
+        """Gives the root mean square in m/s^2, of the ringing after the pulse."""
         return self.result.rms
 
     @property
     def relative_rms(self) -> float:
-        """Of the measured ringing's own root mean square."""
+        """Gives the RMS over the measured ringing's own root mean square."""
         ringing = np.concatenate([r.acceleration[r.after :] for r in self.records])
         return self.rms / float(np.sqrt(np.mean(ringing**2)))
 
     @property
     def frequency(self) -> Estimate:
-        """Undamped, Hz; the masses taken as exact."""
+        """Gives the undamped frequency, Hz; the masses are taken as exact."""
         f = math.sqrt(self.kf.value / self.frame.inertia) / (2.0 * math.pi)
         low, high = (f * (1.0 + 0.5 * (b / self.kf.value - 1.0)) for b in self.kf.interval)
         return Estimate(f, 0.5 * f * self.kf.standard_error / self.kf.value, (low, high), "Hz")
 
     @property
     def damping_ratio(self) -> float:
-        """Of the mode, cf / (2 sqrt(kf J))."""
+        """Gives the mode's damping ratio, cf / (2 sqrt(kf J))."""
         return self.cf.value / (2.0 * math.sqrt(self.kf.value * self.frame.inertia))
 
     def fields(self) -> dict[str, Estimate]:
-        """Both under their names in a racket file's `throat_joint`, by its `reading`."""
+        """Gives both under their names in a racket file's `throat_joint`, by its `reading`."""
         about_z = self.direction == "in_plane"
         label = "in" if about_z == (self.reading == "as_printed") else "out"
         return {f"stiffness_{label}": self.kf, f"damping_{label}": self.cf}
 
     def to_dataset(self) -> xarray.Dataset:
-        """Per strike, over time: force, acceleration and the fitted model; estimates as attrs.
+        """Labels force, acceleration and model of each strike over time; estimates are attrs.
 
         Strikes shorter than the longest end in NaN.
         """

@@ -1,4 +1,4 @@
-"""The linear two-body racket under the hammer, with exact derivatives by the joint's constants.
+"""Models the linear two-body racket under the hammer, with exact derivatives.
 
 In one plane, with the velocities of the base and the joint, M x'' = u F - e (kf q + cf q'), where
 q is the joint's angle, e its unit vector and u the motion of the place that is hit and measured.
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class HammeredFrame:
-    """What the masses of a bare racket say of a hit and an acceleration at one place.
+    """Says what the masses of a bare racket say of a hit and an acceleration at one place.
 
     Attributes:
         inertia: J, kg m^2, that the joint's angle sees.
@@ -56,7 +56,7 @@ class HammeredFrame:
     participation: float
 
     def pole(self, stiffness: float, damping: float) -> tuple[complex, complex, complex]:
-        """The mode's l (1/s) and its derivatives by kf and cf; underdamped only."""
+        """Gives the mode's l (1/s) and its derivatives by kf and cf; underdamped only."""
         s = 0.5 * damping / self.inertia
         w = math.sqrt(stiffness / self.inertia - s * s)
         by_damping = complex(-0.5 / self.inertia, -0.5 * s / (self.inertia * w))
@@ -65,7 +65,7 @@ class HammeredFrame:
     def bending(
         self, force: Array, step: float, *, stiffness: float, damping: float, delay: float = 0.0
     ) -> tuple[Array, Array]:
-        """What the mode adds to the acceleration of the place, from rest.
+        """Tells what the mode adds to the acceleration of the place, from rest.
 
         Args:
             force: (n,) N, straight between samples `step` (s) apart.
@@ -88,7 +88,7 @@ class HammeredFrame:
         return value, np.stack(columns, axis=1)
 
     def acceleration(self, force: Array, step: float, *, stiffness: float, damping: float) -> Array:
-        """The whole acceleration of the place, m/s^2; arguments as `bending`."""
+        """Gives the whole acceleration of the place, m/s^2; arguments as `bending`."""
         bending, _ = self.bending(force, step, stiffness=stiffness, damping=damping)
         return self.direct * force + bending
 
@@ -125,7 +125,7 @@ def _weights(x: complex, *, derivative: bool = False) -> tuple[complex, complex]
 
 
 def hammered_frame(racket: RacketParameters, direction: str, place: float) -> HammeredFrame:
-    """The bare racket at rest, hit and measured at `place`, from the plant's mass matrix.
+    """Gives the bare racket at rest, hit and measured at `place`, from the plant's mass matrix.
 
     Args:
         direction: `in_plane` or `out_of_plane`.  place: m from the butt, on the handle.

@@ -1,4 +1,4 @@
-"""A strike with the impact hammer as measured: force in, acceleration out, and its pulse."""
+"""A hammer record is a strike as measured: force in, acceleration out, and its pulse."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class HammerRecord:
-    """One strike, cut to what is fitted; make one with `hammer_record` or `read_hammer_record`.
+    """Holds one strike, cut to what is fitted.
+
+    Make one with `hammer_record` or `read_hammer_record`.
 
     Attributes:
         start: s, of the first sample, in the file's own time: the pulse's foot.
@@ -36,7 +38,7 @@ class HammerRecord:
         acceleration: (n,) m/s^2.
         after: first sample after the pulse: from there on the racket rings freely.
         pulse: s, length of the pulse.
-        offset: m/s^2, mean acceleration before the pulse (`ball_impacts.resting_offset`).
+        offset: m/s^2, mean acceleration before the pulse (`identify.ball.impacts.resting_offset`).
         where: the file, for messages.
 
     """
@@ -52,11 +54,11 @@ class HammerRecord:
 
     @property
     def time(self) -> Array:
-        """(n,) s from the first sample."""
+        """Gives (n,) s from the first sample."""
         return np.asarray(np.arange(len(self.force)) * self.step, dtype=float)
 
     def ringing(self) -> Signal:
-        """The acceleration after the pulse."""
+        """Gives the acceleration after the pulse."""
         inside = slice(self.after, None)
         value = self.acceleration[inside]
         return Signal(self.time[inside], value, "acceleration", "m/s^2", self.where)
@@ -65,7 +67,7 @@ class HammerRecord:
 def hammer_record(
     force: Signal, acceleration: Signal, *, duration: float = DURATION
 ) -> HammerRecord:
-    """A record from two signals over the same times.
+    """Gives a record from two signals over the same times.
 
     Args:
         force: N, positive in the direction of the hit.

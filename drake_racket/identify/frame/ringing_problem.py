@@ -28,7 +28,7 @@ MOST_PHASE = 0.125  # of a period, that the delay may be
 
 
 class RingingProblem:
-    """Parameters: kf (N m/rad), cf (N m s/rad), then `gain_i` (1) and `delay_i` (s) per strike.
+    """Fits kf (N m/rad), cf (N m s/rad), then `gain_i` (1) and `delay_i` (s) per strike.
 
     Residuals: m/s^2, model less measured after the pulse, strike after strike.
     """
@@ -64,15 +64,15 @@ class RingingProblem:
         self.parameters: tuple[Parameter, ...] = tuple(found)
 
     def residuals(self, x: Array) -> Array:
-        """Model less measured, m/s^2."""
+        """Gives the model less measured, m/s^2."""
         return self._both(x)[0]
 
     def jacobian(self, x: Array) -> Array:
-        """Derivatives of the residuals, (m, n)."""
+        """Gives the derivatives of the residuals, (m, n)."""
         return self._both(x)[1]
 
     def fingerprint(self) -> str:
-        """Hash of the data and of what is asked of them."""
+        """Gives the hash of the data and of what is asked of them."""
         digest = hashlib.sha256(repr((self.title, self.parameters, self.frame)).encode())
         for record, correction in zip(self.records, self.corrections, strict=True):
             digest.update(repr((record.step, record.after)).encode())

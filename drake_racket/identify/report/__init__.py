@@ -1,1 +1,1 @@
-"""What a fit leaves: parameter files, tables, figures."""
+"""Writes what a fit leaves: parameter files, tables, figures."""

@@ -1,4 +1,4 @@
-"""The ball's fitted stiffness and damping, and the forces they come from."""
+"""Draws the ball's fitted stiffness and damping, and the forces they come from."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DARKEST, LIGHTEST = 1.0, 0.45  # share of the colour, fastest to slowest
 
 
 def ball_fit_figure(fit: BallFit, title: str = "") -> Figure:
-    """Force and fit at each speed, what the fit leaves, and kb and cb over speed."""
+    """Draws the force and fit at each speed, what the fit leaves, and kb and cb over speed."""
     figure: Figure = new_figure(10.0, 7.5)
     (force, left), (stiffness, damping) = figure.subplots(2, 2)
     shades = np.linspace(DARKEST, LIGHTEST, len(fit.groups))[::-1]  # one alone is dark

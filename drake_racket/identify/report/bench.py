@@ -1,4 +1,4 @@
-"""What the fits of ball and frame leave in their directory; see `outputs`.
+"""Writes what the fits of ball and frame leave in their directory; see `outputs`.
 
 These fits take seconds: they keep no checkpoint, a run that was killed is run again.
 """

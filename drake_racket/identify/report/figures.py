@@ -38,7 +38,7 @@ def residual_figure(
     scale: float = 1.0,
     unit: str | None = None,
 ) -> Figure:
-    """Residuals over `abscissa`, one marker per label, with the RMS as a band.
+    """Draws the residuals over `abscissa`, one marker per label, with the RMS as a band.
 
     Args:
         labels: (m,) group of each measured value, as its impact point; None: one group.
@@ -71,7 +71,7 @@ def residual_figure(
 
 
 def correlation_figure(result: FitResult) -> Figure:
-    """Correlation matrix of the estimates; grey where a parameter is not determined."""
+    """Draws the correlation matrix of the estimates; grey where a parameter is not determined."""
     names, count = result.names, len(result.names)
     side = 1.6 + 0.62 * count
     figure = new_figure(side + 0.9, side)
@@ -95,7 +95,7 @@ def correlation_figure(result: FitResult) -> Figure:
 
 
 def starts_figure(result: FitResult, *, scale: float = 1.0, unit: str | None = None) -> Figure:
-    """Lowest RMS so far over the evaluations, one line per start; the best one in colour.
+    """Draws the lowest RMS so far over the evaluations, one line per start; the best one in colour.
 
     Args:
         scale: what the RMS is multiplied with, as 100 for per cent.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def frame_fit_figure(fits: Mapping[str, xarray.Dataset], title: str = "") -> Figure:
-    """Hammer and acceleration, the ringing with its fit, and what the fit leaves, by direction.
+    """Draws hammer and acceleration, the ringing with its fit, and what the fit leaves.
 
     Args:
         fits: by direction, as `FrameFit.to_dataset` returns them; the first strike is drawn.

@@ -1,4 +1,4 @@
-"""What a fit leaves in its directory: parameter file, result, residuals, figures and a report.
+"""Writes what a fit leaves: parameter file, result, residuals, figures and a report.
 
 racket.yaml or ball.yaml    the racket or ball with the fitted values (`parameter_file`)
 result.json, result.nc      estimates, covariance, intervals, residuals, convergence
@@ -168,7 +168,7 @@ def _write(
 
 
 def estimates_table(found: Mapping[str, Estimate], result: FitResult | None = None) -> str:
-    """Markdown: value, standard error, interval; start and bounds where the result is given."""
+    """Tabulates value, standard error, interval; start and bounds where the result is given."""
     header = ["parameter", "unit", "estimate", "standard error", "95 % interval"]
     rows = []
     parameters = {} if result is None else {p.name: p for p in result.parameters}
@@ -186,13 +186,13 @@ def estimates_table(found: Mapping[str, Estimate], result: FitResult | None = No
 
 
 def warnings_section(warnings: Iterable[str]) -> list[str]:
-    """The warnings as a list, or that there are none."""
+    """Gives the warnings as a list, or that there are none."""
     lines = "\n".join(f"- {text}" for text in warnings)
     return ["## Warnings", lines or "None."]
 
 
 def convergence_section(result: FitResult, scale: float, unit: str) -> list[str]:
-    """How the search went."""
+    """Tells how the search went."""
     rows = [
         (str(r.number), f"{scale * r.rms:.6g}", str(r.evaluations), r.status.replace("|", "/"))
         for r in result.convergence
@@ -207,6 +207,6 @@ def convergence_section(result: FitResult, scale: float, unit: str) -> list[str]
 
 
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """Gives a table in Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)

@@ -1,4 +1,4 @@
-"""Fitted values as parameter files: what `load_racket` and `load_ball` read, with their sources.
+"""Writes fitted values as parameter files: what `load_racket` and `load_ball` read.
 
 Every fitted value gets status `fitted` and a source that names the data file and its hash, the
 date, the method, the RMS difference and the 95 % interval. A value that the data do not determine
@@ -29,7 +29,7 @@ from drake_racket.parameters.racket import RacketParameters, check_racket, read_
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where fitted values come from.
+    """Says where fitted values come from.
 
     Attributes:
         data: name of the data file or files.  sha256: of their bytes, in this order.
@@ -45,13 +45,13 @@ class Provenance:
     rms: str
 
     def text(self) -> str:
-        """As a source."""
+        """Writes it as a source."""
         head = f"fitted to {self.data} (sha256 {self.sha256}) on {self.date}"
         return f"{head} by {self.method}; RMS difference {self.rms}"
 
 
 def hash_files(paths: Sequence[Path]) -> str:
-    """SHA-256 of the files' bytes, one after the other.
+    """Gives SHA-256 of the files' bytes, one after the other.
 
     Raises:
         InputError: a file that cannot be read.
@@ -68,7 +68,7 @@ def hash_files(paths: Sequence[Path]) -> str:
 
 
 def interval_text(estimate: Estimate) -> str:
-    """The 95 % interval in words."""
+    """Gives the 95 % interval in words."""
     low, high = estimate.interval
     unit = unit_text(estimate.unit)
     if determined(estimate):
@@ -80,7 +80,7 @@ def interval_text(estimate: Estimate) -> str:
 
 
 def fitted_quantity(estimate: Estimate, provenance: Provenance) -> Quantity:
-    """One fitted number."""
+    """Gives one fitted number."""
     source = f"{provenance.text()}; {interval_text(estimate)}"
     return Quantity(float(estimate.value), estimate.unit, "fitted", source)
 
@@ -88,7 +88,7 @@ def fitted_quantity(estimate: Estimate, provenance: Provenance) -> Quantity:
 def fitted_quantities(
     old: Quantities, letter: str, found: Mapping[str, Estimate], provenance: Provenance
 ) -> Quantities:
-    """A list of numbers, `letter`1 ..., those in `found` replaced."""
+    """Gives a list of numbers, `letter`1 ..., those in `found` replaced."""
     names = [f"{letter}{i + 1}" for i in range(len(old.value))]
     fitted = [name for name in names if name in found]
     if not fitted:
@@ -112,7 +112,7 @@ def fitted_racket(
     name: str | None = None,
     stringing_tension: float | None = None,
 ) -> RacketParameters:
-    """A racket with fitted values in place of its own.
+    """Gives a racket with fitted values in place of its own.
 
     Args:
         found: by name: T0, k1 ..., p1 ..., mu1 ..., or a field of the throat joint.
@@ -162,7 +162,7 @@ def fitted_ball(
     *,
     name: str | None = None,
 ) -> BallParameters:
-    """A ball with fitted values in place of its own.
+    """Gives a ball with fitted values in place of its own.
 
     Args:
         found: by field; an interval without width belongs to a stated number (the speeds).

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def restitution_fit_figure(fit: xarray.Dataset, title: str = "") -> Figure:
-    """Measured and fitted restitution over speed, a panel per point, as they lie on the bed.
+    """Draws measured and fitted restitution over speed, a panel per point, as they lie on the bed.
 
     Args:
         fit: as `StringBedFit.to_dataset` gives it. Bars are two standard deviations.
@@ -52,7 +52,7 @@ def restitution_fit_figure(fit: xarray.Dataset, title: str = "") -> Figure:
 
 
 def angle_fit_figure(fit: xarray.Dataset, title: str = "") -> Figure:
-    """Measured and fitted rebound angles by point, a panel per direction of approach.
+    """Draws the measured and fitted rebound angles by point, a panel per direction of approach.
 
     Args:
         fit: as `FrictionFit.to_dataset` gives it. Bars are two standard deviations.
@@ -102,7 +102,7 @@ def estimates_figure(
     label: str = "value the fit began at",
     title: str = "",
 ) -> Figure:
-    """Estimates with their 95 % intervals, over reference values.
+    """Draws the estimates with their 95 % intervals, over reference values.
 
     An arrow is an interval that goes on beyond the picture, or has no end.
 

@@ -1,1 +1,1 @@
-"""Fits of string-bed and friction to restitution and angle tables."""
+"""Fits string-bed and friction to restitution and angle tables."""

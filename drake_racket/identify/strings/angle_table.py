@@ -1,4 +1,4 @@
-"""Tables of measured oblique impacts on the clamped head: angle of rebound.
+"""Reads tables of measured oblique impacts on the clamped head: angle of rebound.
 
 A CSV as in `tables`, with the columns
 
@@ -38,7 +38,7 @@ from drake_racket.rigs.head_clamped import ANGLE_READINGS, STROKES, stroke_axis
 
 @dataclass(frozen=True, kw_only=True)
 class AngleTable(ImpactTable):
-    """Oblique impacts (`impact_table.ImpactTable`).
+    """The table holds oblique impacts (`impact_table.ImpactTable`).
 
     Attributes:
         incidence, azimuth: (m,) degrees.
@@ -52,7 +52,7 @@ class AngleTable(ImpactTable):
 
     @property
     def velocities(self) -> Array:
-        """(m, 3) m/s in the head."""
+        """Gives the ball's velocities (m, 3) in the head, m/s."""
         slant, around = np.radians(self.incidence), np.radians(self.azimuth)
         across = self.speeds * np.sin(slant)
         z = -self.speeds * np.cos(slant)

@@ -1,4 +1,4 @@
-"""Friction coefficients from the rebound angles of oblique impacts on the clamped head.
+"""Fits friction coefficients to the rebound angles of oblique impacts on the clamped head.
 
 Glynn et al. 2011 fit mu1-mu3 to two stroke conditions at nine points. The residuals are modelled
 less measured angles of rebound in degrees. A ball that stops sliding before it leaves carries away
@@ -62,7 +62,7 @@ LITTLE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class FrictionProblem:
-    """Rebound angles on one racket (`problem.Problem`).
+    """Holds the rebound angles on one racket (`problem.Problem`).
 
     Attributes:
         table: the measurements.
@@ -84,12 +84,12 @@ class FrictionProblem:
 
     @property
     def sigma(self) -> Array | None:
-        """(m,) of the table."""
+        """Gives the table's standard deviations, (m,)."""
         return self.table.sigma
 
     @property
     def measured(self) -> Array:
-        """(m,) degrees, of rebound."""
+        """Gives (m,) degrees, of rebound."""
         return self.table.angle
 
     @cached_property
@@ -127,7 +127,7 @@ class FrictionProblem:
         return run([bed], impacts, step=self.step), impacts
 
     def residuals(self, x: Array) -> Array:
-        """(m,) degrees; nan where the ball does not come away, and where x is nan.
+        """Gives (m,) degrees; nan where the ball does not come away, and where x is nan.
 
         The search asks for that where no coefficient has any effect and its step is 0 / 0.
         """
@@ -138,7 +138,7 @@ class FrictionProblem:
         return np.where(outcome.ended, angle - self.measured, np.nan)
 
     def jacobian(self, x: Array) -> Array:
-        """(m, n) degrees; 0 where the ball has stopped sliding to rounding.
+        """Gives (m, n) degrees; 0 where the ball has stopped sliding to rounding.
 
         Friction proportional to the sliding speed, as it is near 0, leaves derivatives of 1e-100
         and less: squared they are no numbers.
@@ -148,7 +148,7 @@ class FrictionProblem:
         return np.where(np.abs(slopes) > 1e-100, slopes, 0.0)
 
     def fingerprint(self) -> str:
-        """Hash of the data, the racket, the ball and the kernel's settings."""
+        """Gives the hash of the data, the racket, the ball and the kernel's settings."""
         table = self.table
         arrays = [table.points, table.velocities, table.angle, table.sigma]
         settings = f"rebound angle {self.reading} {self.step!r} {HAS_NUMBA}"
@@ -157,7 +157,7 @@ class FrictionProblem:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FrictionFit(TableFit[FrictionProblem]):
-    """Fitted coefficients of friction; its RMS is in degrees.
+    """Holds the fitted coefficients of friction; its RMS is in degrees.
 
     Attributes:
         sliding: (m,) whether the ball still slides when it leaves, by the fitted model.
@@ -169,7 +169,7 @@ class FrictionFit(TableFit[FrictionProblem]):
     sensitivity: dict[str, float]
 
     def to_dataset(self) -> xarray.Dataset:
-        """The result with measured and modelled angles over `measurement`."""
+        """Gives the result with measured and modelled angles over `measurement`."""
         table = self.problem.table
         labels = {"incidence": (table.incidence, "deg"), "azimuth": (table.azimuth, "deg")}
         found = self._dataset("rebound_angle", "rebound angle from the normal", labels)

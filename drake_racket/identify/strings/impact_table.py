@@ -1,4 +1,4 @@
-"""What tables of normal and of oblique impacts on the clamped head have in common."""
+"""Tables of normal and of oblique impacts on the clamped head share what is here."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ al. 2011 set the cannon 3 m/s apart, to within 0.5 m/s."""
 
 @dataclass(frozen=True, kw_only=True)
 class ImpactTable:
-    """Impacts on the clamped head, m rows.
+    """Holds the impacts on the clamped head, m rows.
 
     Attributes:
         points: (m,) 1-9.
@@ -75,7 +75,7 @@ class ImpactTable:
         return replace(self.rows([g[0] for g in groups]), **new)
 
     def rows(self, chosen: Sequence[int] | NDArray[np.bool_]) -> Self:
-        """The chosen rows: their numbers, or a mask (m,)."""
+        """Gives the chosen rows: their numbers, or a mask (m,)."""
         columns: dict[str, Any] = {
             n: v[chosen] for n, v in vars(self).items() if isinstance(v, np.ndarray)
         }
@@ -83,7 +83,7 @@ class ImpactTable:
 
 
 def settings(kind: NDArray[np.int64], speeds: Array, width: float) -> list[list[int]]:
-    """Rows of one kind whose speeds lie within `width` of the slowest of them, in order."""
+    """Gives rows of one kind whose speeds lie within `width` of the slowest of them, in order."""
     groups: list[list[int]] = []
     for i in np.lexsort((speeds, kind)):
         last = groups[-1][0] if groups else -1

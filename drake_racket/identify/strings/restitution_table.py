@@ -1,4 +1,4 @@
-"""Tables of measured normal impacts on the clamped head: restitution.
+"""Reads tables of measured normal impacts on the clamped head: restitution.
 
 A CSV with one header line, columns named `name [unit]` (`[1]` may be left out) and lines of comment
 that begin with `#`; other columns are ignored:
@@ -39,7 +39,7 @@ TOLERANCE = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class RestitutionTable(ImpactTable):
-    """Normal impacts (`impact_table.ImpactTable`).
+    """The table holds normal impacts (`impact_table.ImpactTable`).
 
     Attributes:
         restitution: (m,).

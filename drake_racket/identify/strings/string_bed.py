@@ -1,4 +1,4 @@
-"""Tension, stiffnesses and rim factors of a string-bed from restitution of the clamped head.
+"""Fits tension, stiffnesses and rim factors of a string-bed to restitution, head clamped.
 
 Glynn et al. 2011 fit T0, k1-k4 and p1-p6 to normal impacts at nine points and six speeds, and for
 another tension T0 alone. The residuals are modelled less measured restitution; the model is the
@@ -63,7 +63,7 @@ _UNITS = {"T": "N", "k": "N/m", "p": "1"}
 
 @dataclass(frozen=True, eq=False)
 class StringBedProblem:
-    """Restitution of one string-bed (`problem.Problem`).
+    """Holds the restitution of one string-bed (`problem.Problem`).
 
     Attributes:
         table: the measurements.
@@ -84,12 +84,12 @@ class StringBedProblem:
 
     @property
     def sigma(self) -> Array | None:
-        """(m,) of the table."""
+        """Gives the table's standard deviations, (m,)."""
         return self.table.sigma
 
     @property
     def measured(self) -> Array:
-        """(m,) restitution."""
+        """Gives (m,) restitution."""
         return self.table.restitution
 
     @cached_property
@@ -107,27 +107,27 @@ class StringBedProblem:
         return [names.index(p.name) for p in self.parameters]
 
     def bed_values(self, x: Array) -> Array:
-        """All parameters of the bed, the free ones replaced by x (n,)."""
+        """Gives all parameters of the bed, the free ones replaced by x (n,)."""
         values = bed_parameters(self.racket)[1]
         values[self._index] = x
         return values
 
     def residuals(self, x: Array) -> Array:
-        """(m,) modelled less measured restitution; nan where the ball does not come away."""
+        """Gives (m,) modelled less measured restitution; nan where the ball does not come away."""
         impacts = self._impacts[0]
         outcome = run([make_bed(self.racket, self.bed_values(x))], impacts, step=self.step)
         modelled = np.where(outcome.ended, outcome.restitution(impacts)[0], np.nan)
         return np.asarray(modelled - self.measured)
 
     def jacobian(self, x: Array) -> Array:
-        """(m, n)."""
+        """Gives the derivatives of the residuals, (m, n)."""
         free = [p.name for p in self.parameters]
         impacts = self._impacts[1]
         bed = make_bed(self.racket, self.bed_values(x), free)
         return run([bed], impacts, step=self.step).restitution(impacts)[1]
 
     def fingerprint(self) -> str:
-        """Hash of the data, the racket, the ball and the kernel's settings."""
+        """Gives the hash of the data, the racket, the ball and the kernel's settings."""
         return fingerprint(
             self.racket,
             self.ball,
@@ -138,7 +138,7 @@ class StringBedProblem:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StringBedFit(TableFit[StringBedProblem]):
-    """A fitted string-bed; its RMS of 0.01 is the paper's 1 %."""
+    """The fit holds a fitted string-bed; its RMS of 0.01 is the paper's 1 %."""
 
     def to_dataset(self) -> xarray.Dataset:
         """The result with measured and modelled restitution over `measurement`."""
@@ -151,7 +151,7 @@ def free_parameters(
     start: Mapping[str, float] | None = None,
     span: float = SPAN,
 ) -> tuple[Parameter, ...]:
-    """The parameters to fit, with bounds about their start.
+    """Gives the parameters to fit, with bounds about their start.
 
     Args:
         free: names; all of the bed's if None.

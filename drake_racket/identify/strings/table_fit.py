@@ -1,4 +1,4 @@
-"""What fits to a table of impacts on the clamped head have in common."""
+"""Fits to a table of impacts on the clamped head share what is here."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 class TableProblem(Problem, Protocol):
-    """A problem whose measured values are those of a table."""
+    """Holds a problem whose measured values are those of a table."""
 
     @property
     def table(self) -> ImpactTable: ...  # noqa: D102
     @property
     def measured(self) -> Array:
-        """(m,) in `residual_unit`."""
+        """Gives (m,) in `residual_unit`."""
         ...
 
     @property
@@ -36,7 +36,7 @@ ProblemT = TypeVar("ProblemT", bound=TableProblem)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TableFit(Generic[ProblemT]):
-    """A fit to a table.
+    """Holds a fit to a table.
 
     Attributes:
         problem: what was fitted.  result: how it went.
@@ -54,16 +54,16 @@ class TableFit(Generic[ProblemT]):
 
     @property
     def rms(self) -> float:
-        """Root mean square difference, the paper's measure, in the measured values' unit."""
+        """Gives root mean square difference, the paper's measure, in the measured values' unit."""
         return self.result.rms
 
     @property
     def modelled(self) -> Array:
-        """(m,) the fitted model's values."""
+        """Gives (m,) the fitted model's values."""
         return self.problem.measured + self.result.residuals
 
     def rms_by(self, key: str) -> dict[float, float]:
-        """RMS of the rows of each `point`, or of each `speed` (m/s, rounded)."""
+        """Gives RMS of the rows of each `point`, or of each `speed` (m/s, rounded)."""
         table = self.problem.table
         keys = table.points if key == "point" else np.round(table.speeds)
         return {

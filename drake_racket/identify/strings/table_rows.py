@@ -23,7 +23,7 @@ _OF_SEVERAL = ("racket", "tension", "friction_reading", "angle_reading")
 
 
 def selected(table: CsvTable, select: Select) -> CsvTable:
-    """The rows asked for, which must be of one bed and one reading."""
+    """Gives the rows asked for, which must be of one bed and one reading."""
     for name, text in select.items():
         table = table.where_text(name, text)
     for name in _OF_SEVERAL:
@@ -34,7 +34,7 @@ def selected(table: CsvTable, select: Select) -> CsvTable:
 
 
 def read_points(table: CsvTable) -> NDArray[np.int64]:
-    """Column `point`; raises InputError for what is not 1-9."""
+    """Gives the column `point`; raises InputError for what is not 1-9."""
     points = table.numbers("point", "1")
     for i, point in enumerate(points):
         if point not in range(1, 10):
@@ -43,7 +43,7 @@ def read_points(table: CsvTable) -> NDArray[np.int64]:
 
 
 def read_speeds(table: CsvTable) -> Array:
-    """Column `approach_speed` or `speed`, m/s; raises InputError outside SPEEDS."""
+    """Gives the column `approach_speed` or `speed`, m/s; raises InputError outside SPEEDS."""
     name = "approach_speed" if table.has("approach_speed") else "speed"
     if not table.has(name):
         name = "approach_speed"  # the name that the message asks for
@@ -53,7 +53,10 @@ def read_speeds(table: CsvTable) -> Array:
 
 
 def read_sigma(table: CsvTable, unit: str, most: float) -> Array | None:
-    """Column `standard_deviation`, if there is one; raises InputError unless 0 < it <= most."""
+    """Gives the column `standard_deviation`, if there is one.
+
+    Raises InputError unless 0 < it <= most.
+    """
     if not table.has("standard_deviation"):
         return None
     sigma = table.numbers("standard_deviation", unit)
@@ -82,7 +85,7 @@ def check_duplicates(table: CsvTable, key: Array, names: str) -> None:
 
 
 def beyond(normal_speeds: Array, ball: BallParameters) -> list[str]:
-    """Speeds (m/s) outside those for which the ball has kb and cb, in words."""
+    """Gives the speeds (m/s) outside those for which the ball has kb and cb, in words."""
     low, high = ball.speed_low.value, ball.speed_high.value
     outside = (normal_speeds < low - BEYOND) | (normal_speeds > high + BEYOND)
     if not outside.any():

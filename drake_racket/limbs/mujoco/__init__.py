@@ -1,1 +1,1 @@
-"""Limbs of MuJoCo models, brought into a plant."""
+"""Brings limbs of MuJoCo models into a plant."""

@@ -44,7 +44,7 @@ class Builder:
             self._hang(body, added, parent)
 
     def frame(self, name: str, base: Frame, X_BF: RigidTransform) -> Frame:
-        """A frame of the limb, on any body."""
+        """Gives a frame of the limb, on any body."""
         named = self._unused(name)
         return self.plant.AddFrame(FixedOffsetFrame(named, base, X_BF, self.instance))
 
@@ -119,7 +119,7 @@ class Builder:
 
 
 def spatial_inertia(body: TreeBody) -> SpatialInertia:
-    """A body's inertia; a body without mass has none.
+    """Gives a body's inertia; a body without mass has none.
 
     Raises:
         InputError: no rigid body has these moments.

@@ -1,4 +1,4 @@
-"""Where a MuJoCo model's joints are, and which of them a coupling or the caller holds.
+"""Finds where a MuJoCo model's joints are, and which of them a coupling or the caller holds.
 
 A joint coupling (an `mjEQ_JOINT` equality) ties joint y to joint x by a quartic:
 y - y0 = a0 + a1 (x - x0) + ... + a4 (x - x0)^4, with x0 and y0 from qpos0; without an x,
@@ -22,7 +22,7 @@ COUPLINGS = ("lock", "keep")
 
 @dataclass(frozen=True)
 class Coupling:
-    """An active joint coupling: the joint it ties, the one it follows (or None), a0 to a4."""
+    """Holds an active joint coupling: the joint it ties, the one it follows (or None), a0 to a4."""
 
     tied: str
     leader: str | None
@@ -30,7 +30,7 @@ class Coupling:
 
 
 def joint_couplings(model: Any) -> tuple[Coupling, ...]:
-    """The active joint couplings, in the model's order; several may tie one joint."""
+    """Gives the active joint couplings, in the model's order; several may tie one joint."""
     mujoco = mujoco_package()
     found = []
     for i in range(model.neq):
@@ -49,7 +49,9 @@ def joint_values(
     locked: Mapping[str, float],
     reference: Mapping[str, float],
 ) -> tuple[dict[str, float], frozenset[str]]:
-    """Positions of all hinges and slides, rad or m, by name; and the names of those without a dof.
+    """Gives the positions of all hinges and slides, rad or m, by name.
+
+    And the names of those without a dof.
 
     Args:
         model: compiled.

@@ -39,7 +39,7 @@ from drake_racket.limbs.mujoco.tree import Tree, TreeJoint, pose, read_tree
 
 @dataclass(frozen=True)
 class ImportedLimb:
-    """A limb from MuJoCo.
+    """Holds a limb from MuJoCo.
 
     Attributes:
         limb: the handles that the rest of the package takes.
@@ -59,12 +59,12 @@ class ImportedLimb:
     tree: Tree
 
     def moving(self) -> list[tuple[TreeJoint, Joint]]:
-        """The joints with degrees of freedom, as read and as built, in order."""
+        """Gives the joints with degrees of freedom, as read and as built, in order."""
         read = {joint.name: joint for joint in self.tree.joints()}
         return [(read[name], joint) for name, joint in self.joints.items()]
 
     def positions(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The limb's positions (n_q), in the order of `limb.position_indices()`, from qpos (nq)."""
+        """Gives the limb's positions (n_q), as `limb.position_indices()` orders them, of qpos."""
         model = self.tree.model
         parts = []
         for read, _ in self.moving():
@@ -77,7 +77,7 @@ class ImportedLimb:
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def velocity_map(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """T (nv x n_v): MuJoCo's qvel is T v, v the limb's velocities by `limb.velocity_indices()`.
+        """Gives T (nv x n_v): MuJoCo's qvel is T v, v by `limb.velocity_indices()`.
 
         So its generalized forces on the limb are T' times MuJoCo's, and its mass matrix is T' M T.
         """

@@ -1,4 +1,4 @@
-"""The optional package `mujoco`, its compiled models, and the names in them."""
+"""Loads the optional package `mujoco`, its compiled models, and the names in them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drake_racket.io.errors import InputError, one_line
 
 
 def mujoco_package() -> Any:
-    """The `mujoco` package.
+    """Gives the `mujoco` package.
 
     Raises:
         InputError: it is not installed.
@@ -38,7 +38,7 @@ def quiet_mujoco() -> Iterator[None]:
 
 
 def load_model(model: Any) -> Any:
-    """A compiled `mujoco.MjModel`: the one given, or the one of an .xml or .mjb file.
+    """Gives a compiled `mujoco.MjModel`: the one given, or the one of an .xml or .mjb file.
 
     Raises:
         InputError: the package is missing, or there is no such model.
@@ -63,17 +63,17 @@ def load_model(model: Any) -> Any:
 
 
 def body_name(model: Any, body: int) -> str:
-    """A body's name, or body_<id> for one that has none."""
+    """Gives a body's name, or body_<id> for one that has none."""
     return str(model.body(body).name) or f"body_{body}"
 
 
 def joint_name(model: Any, joint: int) -> str:
-    """A joint's name, or joint_<id> for one that has none."""
+    """Gives a joint's name, or joint_<id> for one that has none."""
     return str(model.joint(joint).name) or f"joint_{joint}"
 
 
 def short_list(names: Iterable[str], limit: int = 12) -> str:
-    """Names for a message: the first few, and how many more."""
+    """Gives names for a message: the first few, and how many more."""
     names = [name for name in names if name]
     more = f", ... ({len(names)} in all)" if len(names) > limit else ""
     return (", ".join(names[:limit]) or "none there") + more

@@ -1,4 +1,4 @@
-"""What an import from MuJoCo leaves out, by name."""
+"""Lists what an import from MuJoCo leaves out, by name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from drake_racket.limbs.mujoco.tree import Tree
 
 @dataclass(frozen=True)
 class LeftOutItem:
-    """One kind of thing: what it is, what became of it, the names of all of them."""
+    """Holds one kind of thing: what it is, what became of it, the names of all of them."""
 
     kind: str
     fate: str
@@ -24,16 +24,16 @@ class LeftOutItem:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """All that a model has and the import does not carry over."""
+    """Holds all that a model has and the import does not carry over."""
 
     items: tuple[LeftOutItem, ...]
 
     def names(self, kind: str) -> tuple[str, ...]:
-        """Names of one kind; empty if the model has none of it."""
+        """Gives names of one kind; empty if the model has none of it."""
         return next((item.names for item in self.items if item.kind == kind), ())
 
     def table(self) -> str:
-        """A line per kind: how many, what became of them, the first names."""
+        """Gives a line per kind: how many, what became of them, the first names."""
         if not self.items:
             return "nothing left out"
         kind, fate = (max(len(getattr(i, key)) for i in self.items) for key in ("kind", "fate"))

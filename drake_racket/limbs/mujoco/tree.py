@@ -1,4 +1,4 @@
-"""What an import needs of a compiled MuJoCo model: its tree of bodies and joints, as plain data.
+"""Reads a compiled MuJoCo model's tree of bodies and joints, as plain data.
 
 MuJoCo places body B by a constant pose in its parent, then applies the body's joints in order, each
 in the frame that the ones before it leave: a rotation about the line through `jnt_pos` along
@@ -27,7 +27,7 @@ Kind = Literal["hinge", "slide", "ball"]
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """One joint, in the frame of its body.
+    """Holds one joint, in the frame of its body.
 
     Attributes:
         id: in the MuJoCo model.
@@ -57,7 +57,7 @@ class TreeJoint:
     spring_at: float
 
     def displacement(self, value: float) -> RigidTransform:
-        """What the joint adds to the body's pose at `value`: the frame after it, in the one before.
+        """Tells what the joint adds to the body's pose at `value`: the frame after it.
 
         A ball stays as drawn.
         """
@@ -74,7 +74,7 @@ class TreeJoint:
 
 @dataclass(frozen=True)
 class TreeBody:
-    """One body and the joints that move it in its parent.
+    """Holds one body and the joints that move it in its parent.
 
     Attributes:
         id, parent: in the MuJoCo model; the parent of the first bodies is the mount.
@@ -97,7 +97,7 @@ class TreeBody:
 
 @dataclass(frozen=True)
 class Tree:
-    """A subtree of a model.
+    """Holds a subtree of a model.
 
     Attributes:
         bodies: parents before children.
@@ -116,7 +116,7 @@ class Tree:
     tied: frozenset[str]
 
     def joints(self) -> list[TreeJoint]:
-        """All joints, locked ones included, in the model's order."""
+        """Gives all joints, locked ones included, in the model's order."""
         return [joint for body in self.bodies for joint in body.joints]
 
 
@@ -174,13 +174,13 @@ def _is_below(parents: NDArray[np.int32], body: int, ancestor: int) -> bool:
 
 
 def pose(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> RigidTransform:
-    """From MuJoCo's position and quaternion (w x y z)."""
+    """Makes a pose from MuJoCo's position and quaternion (w x y z)."""
     unit = np.array(quaternion) / np.linalg.norm(quaternion)
     return RigidTransform(RotationMatrix(Quaternion(unit)), np.array(position))
 
 
 def rotation(axis: NDArray[np.float64], angle: float) -> RotationMatrix:
-    """About a unit vector."""
+    """Makes a rotation about a unit vector."""
     half = 0.5 * angle
     return RotationMatrix(Quaternion(np.r_[math.cos(half), math.sin(half) * axis]))
 

@@ -1,1 +1,1 @@
-"""The LeafSystems: string-bed, ball contact, load on the hand."""
+"""The LeafSystems are string-bed, ball contact, and load on the hand."""

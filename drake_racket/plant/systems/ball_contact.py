@@ -1,4 +1,4 @@
-"""The LeafSystem of the ball contact: events and forces. `contact` and `phases` have the laws."""
+"""The BallContact applies the laws of `contact` and `phases`: events and forces."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ from drake_racket.plant.systems.scalars import on_float
 
 @TemplateSystem.define("BallContact_", scope=sys.modules[__name__])
 def BallContact_(T: Any) -> Any:
-    """The ball contact as a LeafSystem on the scalar type T; `BallContact` is that on float."""
+    """Gives ball contact as a LeafSystem on the scalar type T; `BallContact` is that on float."""
     spatial_force = SpatialForce_[T]  # looked up once: it is called at every evaluation
 
     class Impl(LeafSystem_[T]):

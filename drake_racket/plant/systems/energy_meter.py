@@ -1,4 +1,4 @@
-"""The LeafSystem that meters what an impact loses: integrated beside the motion."""
+"""The EnergyMeter meters what an impact loses, integrated beside the motion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drake_racket.plant.systems.scalars import on_float
 
 @TemplateSystem.define("EnergyMeter_", scope=sys.modules[__name__])
 def EnergyMeter_(T: Any) -> Any:
-    """The meter as a LeafSystem on the scalar type T; `EnergyMeter` is that on float."""
+    """Gives the meter as a LeafSystem on the scalar type T; `EnergyMeter` is that on float."""
 
     class Impl(LeafSystem_[T]):
         """Integrates lost power and the contact's impulse.

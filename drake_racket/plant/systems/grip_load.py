@@ -1,4 +1,4 @@
-"""What a held racket does to the hand: the LeafSystem that reads the load from a grip's bushing."""
+"""The GripLoad reads from a grip's bushing what a held racket does to the hand."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from drake_racket.plant.systems.scalars import on_float
 
 @TemplateSystem.define("GripLoad_", scope=sys.modules[__name__])
 def GripLoad_(T: Any) -> Any:
-    """The load as a LeafSystem on the scalar type T; `GripLoad` is that on float."""
+    """Gives the load as a LeafSystem on the scalar type T; `GripLoad` is that on float."""
 
     class Impl(LeafSystem_[T]):
         """The wrench that a racket puts on the hand, and the work it does on the grip.
@@ -120,7 +120,7 @@ GripLoad = on_float(GripLoad_)
 
 
 def bushing_constants(bushing: Any, plant_context: Any) -> Any:
-    """A bushing's constants in a Context, (12,), in the order of GripLoad's parameter."""
+    """Gives a bushing's constants in a Context, (12,), in the order of GripLoad's parameter."""
     return np.concatenate(
         [
             bushing.GetTorqueStiffnessConstants(plant_context),

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def on_float(template: Any) -> Any:
-    """The system of a TemplateSystem on float, as `template[float]`.
+    """Gives the system of a TemplateSystem on float, as `template[float]`.
 
     Drake looks for the module that a template belongs to through the whole call stack, source lines
     included: 0.05 s a time below a test runner or a command line, fourteen times. A thread of its

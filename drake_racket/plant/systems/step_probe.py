@@ -1,4 +1,4 @@
-"""The LeafSystem that looks at a simulation where each step begins."""
+"""The StepProbe looks at a simulation where each step begins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from drake_racket.plant.systems.scalars import on_float
 
 @TemplateSystem.define("StepProbe_", scope=sys.modules[__name__])
 def StepProbe_(T: Any) -> Any:
-    """The probe as a LeafSystem on the scalar type T; `StepProbe` is that on float."""
+    """Gives the probe as a LeafSystem on the scalar type T; `StepProbe` is that on float."""
 
     class Impl(LeafSystem_[T]):
         """Calls a function when the derivatives at a wanted time are evaluated.

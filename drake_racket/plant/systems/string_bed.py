@@ -1,4 +1,4 @@
-"""The LeafSystem of the string-bed, and its numbers. `strings` has the law, `bed` topologies."""
+"""The StringBed applies the law of `strings` on a bed of `bed`, with its numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from drake_racket.plant.systems.scalars import on_float
 
 @dataclass(frozen=True)
 class StringBedModel:
-    """The numbers of a string-bed, ready for the system below.
+    """Holds the numbers of a string-bed, ready for the system below.
 
     Attributes:
         topology: of its n points and m springs.
@@ -48,7 +48,7 @@ class StringBedModel:
 
 
 def spring_constants(model: StringBedModel) -> NDArray[np.float64]:
-    """The (4, m) constants of the law (see `strings.tensions`) of a string-bed's numbers."""
+    """Gives the (4, m) constants of the law (see `strings.tensions`) of a string-bed's numbers."""
     k, p = np.asarray(model.stiffness, dtype=float), np.asarray(model.rim_factors, dtype=float)
     constants: NDArray[np.float64] = _resolve(
         model, k, p, [model.initial_tension], [model.damping], model.lengths
@@ -66,7 +66,7 @@ def _resolve(model: StringBedModel, k: Any, p: Any, t0: Any, c: Any, length0: An
 
 @dataclass(frozen=True)
 class StringCoordinates:
-    """Where the string joints sit in the plant's state vector [q; v]."""
+    """Says where the string joints sit in the plant's state vector [q; v]."""
 
     positions: NDArray[np.int64]  # (n,) indices into q
     velocities: NDArray[np.int64]  # (n,) indices into v
@@ -79,7 +79,7 @@ _COMPILED = compiled(add_generalized_forces) if HAS_NUMBA else None
 
 @TemplateSystem.define("StringBed_", scope=sys.modules[__name__])
 def StringBed_(T: Any) -> Any:
-    """The string-bed as a LeafSystem. See `StringBed` for ports and parameters."""
+    """Gives the string-bed as a LeafSystem. See `StringBed` for ports and parameters."""
 
     class Impl(LeafSystem_[T]):
         """Springs of one string-bed, as generalized forces on its plant.

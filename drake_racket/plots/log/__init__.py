@@ -1,1 +1,1 @@
-"""Figures from the time history of one impact."""
+"""Draws figures from the time history of one impact."""

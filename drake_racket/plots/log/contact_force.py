@@ -1,4 +1,4 @@
-"""The contact force of one log, over time and over the ball's compression."""
+"""Draws the contact force of one log, over time and over the ball's compression."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def contact_force_figure(history: xarray.Dataset) -> Figure:
-    """Force over time with peak and impulse, and over the ball's compression.
+    """Draws the force over time with peak and impulse, and over the ball's compression.
 
     The integral of the normal force over compression, from touch to release, is what the ball's
     damper takes and what its spring still holds when the strings let go: the ball's loss.

@@ -1,4 +1,4 @@
-"""Where the energy of one log goes, over time."""
+"""Draws where the energy of one log goes, over time."""
 
 from __future__ import annotations
 

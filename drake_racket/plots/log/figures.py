@@ -1,4 +1,4 @@
-"""The figures of one log (a time history), each with what it needs of the log."""
+"""Lists the figures of one log (a time history), each with what it needs of the log."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _NEEDED = (
 
 
 class LogFigure(NamedTuple):
-    """One figure: its file's name, how to draw it, and what a log lacks for it ('' if nothing)."""
+    """Holds one figure: its file's name, how to draw it, and what a log lacks for it."""
 
     name: str
     draw: Callable[[xarray.Dataset], Figure]

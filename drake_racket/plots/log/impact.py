@@ -1,4 +1,4 @@
-"""One impact, from its history alone: an overview, and panels that other figures share."""
+"""Draws one impact from its history alone: an overview, and panels that other figures share."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AXIS_STYLES = (("x", GREEN, ":"), ("y", VERMILION, "--"), ("z", BLUE, "-"))
 
 
 def impact_figure(history: xarray.Dataset) -> Figure:
-    """One impact in four panels: force, ball and strings, throat joint, mid-handle acceleration."""
+    """Draws one impact in four panels: force, ball and strings, throat joint, acceleration."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
@@ -36,7 +36,7 @@ def impact_figure(history: xarray.Dataset) -> Figure:
 
 
 def title_of(history: xarray.Dataset) -> str:
-    """The history's title; a CSV does not keep it."""
+    """Gives the history's title; a CSV does not keep it."""
     return str(history.attrs.get("title", "Impact"))
 
 
@@ -48,7 +48,7 @@ def finish_time_axis(axes: Any, history: xarray.Dataset) -> None:
 
 
 def draw_contact_force(axes: Any, history: xarray.Dataset) -> None:
-    """Normal force and, where there is some, friction, around the contact."""
+    """Draws the normal force and, where there is some, friction, around the contact."""
     time, near = near_contact(history)
     axes.plot(time[near], history["normal_force"][near], color=BLUE, label="normal")
     for part, colour in (("x", VERMILION), ("y", GREEN)):
@@ -86,7 +86,7 @@ def _draw_bending(axes: Any, history: xarray.Dataset) -> None:
 
 
 def draw_vector(axes: Any, vector: xarray.DataArray, scale: float = 1.0) -> None:
-    """The three components of a vector over the whole time; `scale` multiplies them."""
+    """Draws the three components of a vector over the whole time; `scale` multiplies them."""
     time = vector["time"].to_numpy() * 1e3
     for axis, colour, style in AXIS_STYLES:
         axes.plot(time, scale * vector.sel(axis=axis), color=colour, ls=style, label=axis)
@@ -94,14 +94,14 @@ def draw_vector(axes: Any, vector: xarray.DataArray, scale: float = 1.0) -> None
 
 
 def near_contact(history: xarray.Dataset) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """All times (ms), and which are from 1 ms before the contact to 3 ms after it."""
+    """Gives all times (ms), and which are from 1 ms before the contact to 3 ms after it."""
     time = history["time"].to_numpy() * 1e3
     contact = contact_window(history)
     return time, (time >= contact[0] - 1.0) & (time <= contact[1] + 3.0)
 
 
 def contact_window(history: xarray.Dataset) -> tuple[float, float]:
-    """First touch and last release (ms); (0, 0) if the ball did not touch."""
+    """Gives the first touch and last release (ms); (0, 0) if the ball did not touch."""
     inside = np.flatnonzero(history["in_contact"].to_numpy())
     if len(inside) == 0:
         return 0.0, 0.0

@@ -38,7 +38,7 @@ _JOINTS = {
 
 
 def loads_figure(history: xarray.Dataset) -> Figure:
-    """A column for the hand and one for the limb's joints, as far as the log has them."""
+    """Draws a column for the hand and one for the limb's joints, as far as the log has them."""
     hand = [n for n in _HAND if n in history and np.isfinite(history[n]).all()]
     joints = [n for n in _JOINTS if n in history and np.isfinite(history[n]).all()]
     columns = [names for names in (hand, joints) if names]

@@ -1,4 +1,4 @@
-"""The string-bed of one log at four instants, on the racket's outline."""
+"""Draws the string-bed of one log at four instants, on the racket's outline."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AFTER = 2e-3  # s from release to the last picture: about one period of the stri
 
 
 def string_map_figure(history: xarray.Dataset) -> Figure:
-    """Deflections of the points and tensions of the springs.
+    """Draws the deflections of the points and tensions of the springs.
 
     At touch, at peak force, at release, and 2 ms after it; the ball must have touched. Tension is
     shown as its change from that of the racket at rest, on one scale for all pictures, spread at
@@ -67,7 +67,10 @@ def string_map_figure(history: xarray.Dataset) -> Figure:
 
 
 def snapshots(history: xarray.Dataset) -> list[tuple[str, int]]:
-    """Names and samples of the pictures of a log with contact; fewer if the log ends earlier."""
+    """Gives names and samples of the pictures of a log with contact.
+
+    Fewer if the log ends earlier.
+    """
     time, force = history["time"].to_numpy(), history["normal_force"].to_numpy()
     inside = np.flatnonzero(history["in_contact"].to_numpy())
     last = len(time) - 1
@@ -83,7 +86,7 @@ def snapshots(history: xarray.Dataset) -> list[tuple[str, int]]:
 
 
 def spring_ends(racket: RacketParameters) -> NDArray[np.float64]:
-    """Both ends of the m springs in the string plane of R (m), (m, 2, 2): spring, end, (x, y)."""
+    """Gives both ends of the m springs in the string plane of R (m), (m, 2, 2)."""
     bed, topology = racket.string_bed, racket.bed_topology()
     lengths = rest_lengths(
         topology, bed.spacing.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value

@@ -1,4 +1,4 @@
-"""Mid-handle acceleration of one log, and the spectrum of its ringing after release."""
+"""Draws mid-handle acceleration of one log, and the spectrum of its ringing after release."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ _LIKE_FREE = ("free", "grip", "limb")
 
 
 def vibration_figure(history: xarray.Dataset) -> Figure:
-    """Acceleration over time; below it the spectrum from release on, if the log is long enough."""
+    """Draws the acceleration over time.
+
+    Below it the spectrum from release on, if the log is long enough.
+    """
     ringing = after_release(history)
     length = float(ringing["time"][-1] - ringing["time"][0]) if ringing.sizes["time"] > 1 else 0.0
     figure = new_figure(9.0, 7.0 if length >= SHORTEST else 4.2)
@@ -52,7 +55,7 @@ def vibration_figure(history: xarray.Dataset) -> Figure:
 def amplitude_spectrum(
     time: NDArray[np.float64], values: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Frequencies (Hz) and amplitudes of a signal whose steps are uneven.
+    """Gives the frequencies (Hz) and amplitudes of a signal whose steps are uneven.
 
     The signal goes through monotone cubics onto even samples; its straight trend is taken away
     (the swing of the racket) and a Hann window laid over it. A steady vibration of amplitude A

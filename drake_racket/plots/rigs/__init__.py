@@ -1,1 +1,1 @@
-"""Figures of the paper's experiments."""
+"""Draws figures of the paper's experiments."""

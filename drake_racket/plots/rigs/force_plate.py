@@ -1,4 +1,4 @@
-"""Impacts on the force plate, from their dataset."""
+"""Draws impacts on the force plate, from their dataset."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def force_plate_figure(data: xarray.Dataset, measured: Signal | None = None) -> Figure:
-    """Force over time at every speed, and what is read from it over speed.
+    """Draws the force over time at every speed, and what is read from it over speed.
 
     Args:
-        data: as `rigs.force_plate.plate_dataset` returns it.
+        data: as `rigs.plate_dataset` returns it.
         measured: a force (N) to draw with it, its time counted from touch.
 
     """

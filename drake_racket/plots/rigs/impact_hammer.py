@@ -24,10 +24,10 @@ def hammer_figure(
     published: Mapping[str, float],
     note: str = "",
 ) -> Figure:
-    """Pulse, acceleration, its ringing and the ringing's spectrum; one column per direction.
+    """Draws pulse, acceleration, its ringing and the ringing's spectrum; one column per direction.
 
     Args:
-        strikes: by direction, as `rigs.impact_hammer.hammer_dataset` returns them.
+        strikes: by direction, as `rigs.hammer_dataset` returns them.
         ringing: by direction, of the acceleration after the pulse.
         published: frequencies (Hz) by direction; NaN where there is none.
         note: a line under the title, such as where the pulse comes from.

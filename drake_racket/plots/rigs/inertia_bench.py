@@ -1,4 +1,4 @@
-"""Figure of the inertia bench, from its dataset and one swing's history."""
+"""Draws the inertia bench, from its dataset and one swing's history."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _AXES = {"longitudinal": "x, longitudinal", "transverse": "y, transverse", "fron
 
 
 def inertia_bench_figure(bench: xarray.Dataset, history: xarray.Dataset) -> Figure:
-    """Four panels: a swing with its gate times, moments, errors, and the flat-body rule.
+    """Draws a swing with its gate times, moments, errors, and the flat-body rule.
 
     Args:
         bench: from `inertia_dataset`.  history: from `swing_history`.

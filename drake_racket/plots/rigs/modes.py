@@ -1,4 +1,4 @@
-"""Figures of the modal analysis: frame modes, string-bed modes, frequencies against the grip."""
+"""Draws the modal analysis: frame modes, string-bed modes, frequencies against the grip."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _TITLES = {
 
 
 def frame_modes_figure(modes: xarray.Dataset, racket: RacketParameters) -> Figure:
-    """The bending mode in each plane, exaggerated, with its nodes and antinodes.
+    """Draws the bending mode in each plane, exaggerated, with its nodes and antinodes.
 
     Args:
         modes: of `modes_dataset`.
@@ -90,7 +90,7 @@ def _draw_mode(axes: Any, mode: xarray.Dataset, plane: str, racket: RacketParame
 
 
 def string_modes_figure(coupling: xarray.Dataset, racket: RacketParameters) -> Figure:
-    """The nine string-bed modes with the head clamped, as maps on the outline.
+    """Draws the nine string-bed modes with the head clamped, as maps on the outline.
 
     Args:
         coupling: of `string_bed_coupling`.
@@ -141,7 +141,7 @@ def string_modes_figure(coupling: xarray.Dataset, racket: RacketParameters) -> F
 
 
 def grip_figure(sweeps: Sequence[xarray.Dataset]) -> Figure:
-    """Frequencies against the grip's stiffness, one column per plane, with their two limits.
+    """Draws frequencies against the grip's stiffness, one column per plane, with their two limits.
 
     Args:
         sweeps: of `grip_sweep`, one per racket.

@@ -1,4 +1,4 @@
-"""Restitution over the string-bed: clamped head, oblique, moving racket."""
+"""Draws restitution over the string-bed: clamped head, oblique, moving racket."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _PLACES = {
 
 
 def restitution_over_speed(dataset: xarray.Dataset) -> Figure:
-    """Restitution over approach speed, a panel per bed; data from `rigs.head_clamped`."""
+    """Draws restitution over approach speed, a panel per bed; data from `rigs.head_clamped`."""
     beds = [(r, t) for r in dataset["racket"].to_numpy() for t in dataset["tension"].to_numpy()]
     rows = (len(beds) + 1) // 2
     figure = new_figure(9.0, 1.0 + 3.0 * rows)
@@ -65,7 +65,7 @@ def restitution_over_speed(dataset: xarray.Dataset) -> Figure:
 
 
 def bed_maps(dataset: xarray.Dataset, name: str, *, scale: float = 1.0, title: str = "") -> Figure:
-    """A variable over (racket, another dimension, point) as numbers on the racket's outline.
+    """Draws a variable over (racket, another dimension, point) as numbers on the racket's outline.
 
     Args:
         name: the variable.  scale: what it is multiplied with for the picture.
@@ -116,7 +116,7 @@ def _draw_points(axes: Any, racket: Any, values: xarray.DataArray, limits: Any) 
 
 
 def oblique_figure(dataset: xarray.Dataset, racket: str, tension: str) -> Figure:
-    """Rebound angle and tangential velocity by point, for every reading of angle and friction."""
+    """Draws rebound angle and tangential velocity by point, for all readings."""
     readings = list(dataset["angle_reading"].to_numpy())
     bed = dataset.sel(racket=racket, tension=tension)
     figure = new_figure(4.6 * len(readings), 6.4)
@@ -147,7 +147,7 @@ def oblique_figure(dataset: xarray.Dataset, racket: str, tension: str) -> Figure
 
 
 def along_axis_figure(dataset: xarray.Dataset, nodes: dict[str, float] | None = None) -> Figure:
-    """Restitution, bending and mid-handle ringing along the long axis of the free racket.
+    """Draws restitution, bending and mid-handle ringing along the free racket's long axis.
 
     Args:
         nodes: racket -> the head's node of out-of-plane bending, from the butt (m); drawn if given.

@@ -1,4 +1,4 @@
-"""The string-bed pressed slowly."""
+"""Draws the string-bed pressed slowly."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def stiffness_figure(dataset: xarray.Dataset, difference: xarray.Dataset) -> Figure:
-    """Force over deflection, secant stiffness, and how well beds of two rackets match.
+    """Draws force over deflection, secant stiffness, and how well beds of two rackets match.
 
     Args:
         dataset, difference: from `rigs.static_stiffness.stiffness_dataset` and `mean_difference`.

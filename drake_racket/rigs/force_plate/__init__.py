@@ -1,1 +1,1 @@
-"""A ball on a force plate."""
+"""The force plate rig shoots a ball at a force plate."""

@@ -1,4 +1,4 @@
-"""A ball on a rigid plate without Drake: the closed form, and the analysis of a force signal.
+"""Solves a ball on a rigid plate without Drake, in closed form, and analyses force signals.
 
 Started at touch with speed v, the contact law N = kb x + cb x' and the ball's mass m make x a
 damped oscillator that is let go when N returns to 0. With w = sqrt(kb / m), z = cb / (2 sqrt(kb m))
@@ -37,7 +37,7 @@ BEFORE, AFTER = 1e-3, 5e-3
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """A damped oscillator of given mass (kg), stiffness (N/m), damping (N s/m), speed (m/s)."""
+    """Holds a damped oscillator: mass (kg), stiffness (N/m), damping (N s/m), speed (m/s)."""
 
     mass: float
     stiffness: float
@@ -50,16 +50,16 @@ class ClosedForm:
 
     @property
     def rebound_speed(self) -> float:
-        """m/s."""
+        """Gives the rebound speed, m/s."""
         return self.restitution * self.speed
 
     @property
     def impulse(self) -> float:
-        """N s, m v (1 + restitution)."""
+        """Gives the impulse, N s: m v (1 + restitution)."""
         return self.mass * (self.speed + self.rebound_speed)
 
     def force(self, time: Any) -> NDArray[np.float64]:
-        """N at times from touch (s); 0 before touch and from release on."""
+        """Gives N at times from touch (s); 0 before touch and from release on."""
         w = math.sqrt(self.stiffness / self.mass)
         z = self.damping / (2.0 * math.sqrt(self.stiffness * self.mass))
         inside = (np.asarray(time) >= 0.0) & (np.asarray(time) < self.contact_time)
@@ -72,7 +72,7 @@ class ClosedForm:
 
 
 def closed_form(*, mass: float, stiffness: float, damping: float, speed: float) -> ClosedForm:
-    """What the law gives on a rigid plate (module docstring); any damping ratio.
+    """Computes what the law gives on a rigid plate (module docstring); any damping ratio.
 
     Raises:
         InputError: a number that is not finite, or not positive (damping may be 0).
@@ -98,7 +98,7 @@ def closed_form(*, mass: float, stiffness: float, damping: float, speed: float) 
 
 
 def sample_times(rate: float, before: float, after: float) -> NDArray[np.float64]:
-    """Times (s) of a record sampled at `rate` (Hz), with a sample at 0.
+    """Gives the times (s) of a record sampled at `rate` (Hz), with a sample at 0.
 
     Raises:
         InputError: a rate that is not 1 kHz to 10 MHz, or times that are not 0 to 0.1 s.
@@ -114,7 +114,7 @@ def sample_times(rate: float, before: float, after: float) -> NDArray[np.float64
 
 @dataclass(frozen=True)
 class ForceAnalysis:
-    """What a sampled force tells of one impact.
+    """Says what a sampled force tells of one impact.
 
     Attributes:
         start, end: s, where the force passes the threshold, in the signal's own time.
@@ -141,7 +141,7 @@ class ForceAnalysis:
 def analyse_force(
     signal: Signal, *, mass: float, approach_speed: float, threshold: float = 0.01
 ) -> ForceAnalysis:
-    """Contact time, peak force, impulse and restitution from a force signal.
+    """Reads contact time, peak force, impulse and restitution from a force signal.
 
     In contact is the unbroken stretch around the highest sample where the force is at least
     `threshold` times that sample; its ends are placed by a straight line between the samples on

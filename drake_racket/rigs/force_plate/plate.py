@@ -1,4 +1,4 @@
-"""The force plate: the ball shot at a rigid plate.
+"""The force plate rig shoots the ball at a rigid plate.
 
 The plate takes the place of the string mass in the same `BallContact` that meets a racket: a body
 welded to the world. `plate_force` has the closed form of such an impact, and the analysis of a
@@ -53,7 +53,7 @@ STEP = IntegratorSettings(maximum_step=1e-5, error_control=False)
 
 @dataclass(frozen=True)
 class PlateImpact:
-    """One impact on the plate.
+    """Holds one impact on the plate.
 
     Attributes:
         speed, rebound_speed: m/s.  kb, cb: N/m, N s/m, latched at touch.
@@ -76,13 +76,13 @@ class PlateImpact:
 
     @property
     def restitution(self) -> float:
-        """Rebound over approach speed."""
+        """Gives the rebound over approach speed."""
         return self.rebound_speed / self.speed
 
     def sampled(
         self, rate: float = PLATE_SAMPLE_RATE, *, before: float = BEFORE, after: float = AFTER
     ) -> Signal:
-        """The force as a plate records it: zero before touch (t = 0) and after release.
+        """Gives the force as a plate records it: zero before touch (t = 0) and after release.
 
         Args:
             rate: Hz.  before, after: s of the record before touch, and from touch on.
@@ -97,7 +97,7 @@ class PlateImpact:
 
 @dataclass(frozen=True)
 class ForcePlate:
-    """The rig: built once by `make_force_plate`, run at any speed and with any ball."""
+    """Holds the rig: built once by `make_force_plate`, run at any speed and with any ball."""
 
     diagram: Diagram
     plant: MultibodyPlant
@@ -223,7 +223,7 @@ def plate_dataset(
     rate: float = PLATE_SAMPLE_RATE,
     settings: IntegratorSettings = STEP,
 ) -> xarray.Dataset:
-    """Impacts at several speeds, each beside its closed form.
+    """Runs impacts at several speeds, each beside its closed form.
 
     Args:
         speeds: m/s, each once.  rate: Hz of the sampled force.

@@ -1,1 +1,1 @@
-"""The impact hammer on a freely suspended frame."""
+"""The hammer rig strikes a freely suspended frame with the impact hammer."""

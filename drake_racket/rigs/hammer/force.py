@@ -1,4 +1,4 @@
-"""The impact hammer: a force pulse over time, and the LeafSystem that applies it to a body."""
+"""The hammer's force is a pulse over time; a LeafSystem applies it to a body."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ on a light frame, short beside the 5 to 8 ms of the modes."""
 
 @dataclass(frozen=True)
 class Pulse:
-    """A force over time; make one with `half_sine` or `sampled_pulse`.
+    """Holds a force over time; make one with `half_sine` or `sampled_pulse`.
 
     Attributes:
         start, end: s.  peak: N.  impulse: N s, from start to end.
@@ -53,7 +53,7 @@ class Pulse:
     title: str
 
     def breaks(self) -> NDArray[np.float64]:
-        """Times (s) from start to end where the force or its rate is not smooth."""
+        """Gives the times (s) from start to end where the force or its rate is not smooth."""
         if not self.sampled:
             return np.array([self.start, self.end])
         time = self.numbers[: len(self.numbers) // 2]
@@ -61,7 +61,7 @@ class Pulse:
 
 
 def half_sine(peak: float = INFERRED_PEAK, length: float = INFERRED_LENGTH) -> Pulse:
-    """F = peak sin(pi t / length) from t = 0 to `length`.
+    """Computes F = peak sin(pi t / length) from t = 0 to `length`.
 
     Args:
         peak: N, up to 5 kN.  length: s, 50 us to 50 ms.
@@ -80,7 +80,7 @@ def half_sine(peak: float = INFERRED_PEAK, length: float = INFERRED_LENGTH) -> P
 
 
 def sampled_pulse(signal: Signal) -> Pulse:
-    """A measured force, straight between its samples and zero before and after them.
+    """Gives a measured force, straight between its samples and zero before and after them.
 
     The pulse is the stretch around the largest sample that stays above 1 % of it, and the sample
     on either side. What the record holds after it acts too: take an offset away first.
@@ -122,7 +122,7 @@ def sampled_pulse(signal: Signal) -> Pulse:
 
 @TemplateSystem.define("HammerForce_", scope=sys.modules[__name__])
 def HammerForce_(T: Any) -> Any:
-    """The hammer as a LeafSystem on the scalar type T; `HammerForce` is that on float."""
+    """Gives the hammer as a LeafSystem on the scalar type T; `HammerForce` is that on float."""
 
     class Impl(LeafSystem_[T]):
         """A force at a point of a body, in a direction that turns with the body.

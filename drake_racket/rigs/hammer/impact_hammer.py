@@ -1,4 +1,4 @@
-"""The impact hammer: the bare racket hung freely, struck in the middle of its handle.
+"""The impact hammer strikes the bare racket, hung freely, in the middle of its handle.
 
 A force pulse acts at a place on the handle, out of the plane (along z) or in it (along y), and an
 accelerometer directly opposite reads the acceleration of that place along the same direction for
@@ -54,7 +54,7 @@ STEP = IntegratorSettings("runge_kutta5", maximum_step=5e-5, error_control=False
 
 @dataclass(frozen=True)
 class HammerRig:
-    """The rig for one racket, direction and kind of pulse; built by `make_hammer_rig`."""
+    """Holds the rig for one racket, direction and kind of pulse; built by `make_hammer_rig`."""
 
     diagram: Diagram
     plant: MultibodyPlant
@@ -249,6 +249,6 @@ def hammer_dataset(
     duration: float = DURATION,
     rate: float = HAMMER_SAMPLE_RATE,
 ) -> xarray.Dataset:
-    """One strike; arguments and errors as `make_hammer_rig` and `HammerRig.run`."""
+    """Runs one strike; arguments and errors as `make_hammer_rig` and `HammerRig.run`."""
     rig = make_hammer_rig(parameters, direction, pulse, place=place)
     return rig.run(duration=duration, rate=rate)

@@ -1,4 +1,4 @@
-"""Free decay: frequency and damping out of a sampled oscillation, the model's or a measured one."""
+"""Reads frequency and damping from a sampled free decay, the model's or a measured one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FIRST_DECREMENTS = (0.02, 0.2, 1.0)  # where the fit starts
 
 @dataclass(frozen=True)
 class Ringing:
-    """A decaying oscillation, read in three ways that agree when there is one mode.
+    """Holds a decaying oscillation, read in three ways that agree when there is one mode.
 
     Attributes:
         frequency: damped, Hz, from the times of the extrema.
@@ -54,7 +54,7 @@ class Ringing:
 def analyse_ringing(
     signal: Signal, *, start: float = -math.inf, least_share: float = 0.05
 ) -> Ringing:
-    """Frequency and damping of the strongest mode in a free decay.
+    """Reads frequency and damping of the strongest mode in a free decay.
 
     The extrema of A exp(-s t) cos(w t + a) are pi / w apart and shrink by exp(-s pi / w): straight
     lines through their times and logarithms over their number give both, once offset and drift

@@ -1,1 +1,1 @@
-"""Knife-edges, pendulum and table: the inertia bench."""
+"""The inertia bench has knife-edges, a pendulum and a table."""

@@ -1,11 +1,11 @@
-"""Inertia bench: what a stopwatch, a rule and scales tell about a racket's inertia.
+"""Computes what a stopwatch, a rule and scales tell about a racket's inertia.
 
 Glynn et al. (2011) take the moments about the frontal (z) and transverse (y) axes from pendulum
 periods (Brody 1985), the moment about the longitudinal axis (x) from a torsional pendulum, and the
 centre of mass from two knife-edges, one of them on scales. These are the same sums as pure
 functions: floats in, floats out, SI units and radians. Places are measured along the racket from
 its butt end (or from the near end of a part). The simulated bench that feeds them is
-`inertia_bench_simulation`.
+`rigs.inertia.simulation`.
 
 Standard deviations are propagated to first order, sd(f)^2 = sum (df/dx_i)^2 sd(x_i)^2, for errors
 that are independent of each other; a standard deviation that is not given counts as zero. Mass and
@@ -34,7 +34,7 @@ STANDARD_GRAVITY = 9.80665
 
 @dataclass(frozen=True)
 class Measured:
-    """A number and its standard deviation, in the same unit."""
+    """Holds a number and its standard deviation, in the same unit."""
 
     value: float
     sd: float = 0.0
@@ -42,7 +42,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class PendulumMoments:
-    """Moments of inertia (kg m^2) about a pendulum's pivot and about the parallel central axis."""
+    """Holds moments of inertia (kg m^2) about a pendulum's pivot and the central axis."""
 
     about_pivot: Measured
     about_com: Measured
@@ -60,7 +60,7 @@ def pendulum_moments(
     distance_sd: float = 0.0,
     mass_distance_covariance: float = 0.0,
 ) -> PendulumMoments:
-    """Moments of inertia from the period of a body that swings about a fixed horizontal axis.
+    """Gives moments of inertia from the period of a body that swings about a fixed horizontal axis.
 
         I_pivot = m g d (T / 4 K(k))^2,   k = sin(amplitude / 2),   I_com = I_pivot - m d^2
 
@@ -116,7 +116,7 @@ def torsional_moment(
     torsion_constant_sd: float = 0.0,
     empty_period_sd: float = 0.0,
 ) -> Measured:
-    """Moment of inertia (kg m^2) about the axis of a torsional pendulum.
+    """Gives the moment of inertia (kg m^2) about the axis of a torsional pendulum.
 
         I = kappa (T^2 - T_empty^2) / 4 pi^2
 
@@ -149,7 +149,7 @@ def torsional_moment(
 
 
 def torsion_constant(period: float, known_moment: float, *, empty_period: float = 0.0) -> float:
-    """Torsion constant (N m/rad) of a pendulum, from a body of known moment of inertia on it.
+    """Gives torsion constant (N m/rad) of a pendulum, from a body of known moment of inertia on it.
 
         kappa = 4 pi^2 I_known / (T^2 - T_empty^2)
 
@@ -177,7 +177,7 @@ def balance_point(
     mass_sd: float = 0.0,
     edge_distance_sd: float = 0.0,
 ) -> Measured:
-    """Centre of mass (m from the butt) of a body that lies level on two knife-edges.
+    """Gives the centre of mass (m from the butt) of a body that lies level on two knife-edges.
 
         x = x_fixed + (reading / m) D
 
@@ -218,7 +218,7 @@ def balance_point(
 
 @dataclass(frozen=True)
 class Weighing:
-    """Mass (kg) and centre of mass (m) from two weighings, and the covariance (kg m) of both."""
+    """Holds mass (kg) and centre of mass (m) from two weighings, and their covariance (kg m)."""
 
     mass: Measured
     com: Measured
@@ -233,7 +233,7 @@ def weigh_twice(
     reading_sd: float = 0.0,
     place_sd: float = 0.0,
 ) -> Weighing:
-    """Mass and centre of mass of a body on two knife-edges, weighed again with them exchanged.
+    """Finds mass and centre of mass on two knife-edges, weighed again with them exchanged.
 
         m = r1 + r2,   x = a + s (b - a),   s = r1 / m
         sd(m)^2 = 2 sd(r)^2

@@ -1,7 +1,7 @@
-"""The whole inertia bench: weigh, balance, swing and twist every specimen, and recover its inertia.
+"""Weighs, balances, swings and twists every specimen, and recovers its inertia.
 
-What the simulated instruments show goes through the sums of `inertia_bench` alone; the inertia that
-was put in appears only beside the result.
+What the simulated instruments show goes through the sums of `inertia.bench` alone; the inertia
+that was put in appears only beside the result.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ PIVOTS = {"handle": 0.0, "head": 0.0, "frame": SWINGWEIGHT_AXIS, "strung": SWING
 
 @dataclass(frozen=True)
 class BenchErrors:
-    """Standard deviations of the readings, for the uncertainty of what is recovered.
+    """Holds the standard deviations of the readings, for the uncertainty of what is recovered.
 
     The defaults are inferred, typical of a careful bench: a stopwatch by hand, 0.1 s over 20
     swings; scales to 0.1 g; a rule to 0.5 mm. They do not disturb the simulated readings.
@@ -72,7 +72,7 @@ class BenchErrors:
 
 @dataclass(frozen=True)
 class BenchResult:
-    """What the bench finds of one specimen; moments by axis."""
+    """Says what the bench finds of one specimen; moments by axis."""
 
     mass: Measured
     com: Measured

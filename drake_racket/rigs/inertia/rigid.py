@@ -1,4 +1,4 @@
-"""Mass, centre of mass and moments of racket parts, and of what they make together."""
+"""Computes mass, centre of mass and moments of racket parts, and of what they make together."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SPECIMENS = ("handle", "head", "frame", "strung")
 
 @dataclass(frozen=True)
 class Inertia:
-    """A rigid body whose centre of mass lies on the racket's long axis.
+    """Holds a rigid body whose centre of mass lies on the racket's long axis.
 
     Attributes:
         mass: kg.  com: m, from the butt.
@@ -37,7 +37,7 @@ class Inertia:
 
 
 def combine(parts: Sequence[Inertia]) -> Inertia:
-    """Mass, centre of mass and moments of rigidly joined parts (parallel-axis theorem).
+    """Combines mass, centre of mass and moments of rigidly joined parts (parallel axes).
 
     Args:
         parts: each with its own centre of mass measured from the racket's butt.
@@ -72,7 +72,9 @@ def combine(parts: Sequence[Inertia]) -> Inertia:
 def swingweight(
     mass: float, balance: float, moment: float, *, axis: float = SWINGWEIGHT_AXIS
 ) -> float:
-    """Moment of inertia (kg m^2) about a parallel axis `axis` from the butt; 4 inches by custom.
+    """Gives the moment of inertia (kg m^2) about a parallel axis `axis` from the butt.
+
+    4 inches by custom.
 
         I_axis = I_com + m (balance - axis)^2
 
@@ -95,7 +97,7 @@ def swingweight(
 
 
 def specimen_pieces(parameters: RacketParameters, specimen: str) -> list[Inertia]:
-    """The rigid pieces of what is measured, places from its end nearest the butt.
+    """Gives the rigid pieces of what is measured, places from its end nearest the butt.
 
     `handle` and `head` are the two parts of the frame, with the moments of the parameter file
     (Table 1 of Glynn et al. 2011 for the shipped rackets); `frame` is both; `strung` adds the
@@ -122,7 +124,7 @@ def specimen_pieces(parameters: RacketParameters, specimen: str) -> list[Inertia
 
 
 def specimen_length(parameters: RacketParameters, specimen: str) -> float:
-    """Length (m) of what is measured."""
+    """Gives the length (m) of what is measured."""
     if specimen == "handle":
         return parameters.handle.length.value
     if specimen == "head":

@@ -1,6 +1,6 @@
-"""The inertia bench in Drake: pendulum, torsional pendulum, and knife-edges with scales.
+"""Simulates the bench in Drake: pendulum, torsional pendulum, and knife-edges with scales.
 
-A specimen is rigid: its pieces (`rigid_inertia.specimen_pieces`) are welded. The racket's own
+A specimen is rigid: its pieces (`rigid.specimen_pieces`) are welded. The racket's own
 throat joint would bend with the swing, which changes the moment found by the order of
 (f_pendulum / f_bending)^2, 4e-6 of it; `swing_flexible_frame` hangs that racket up to measure it.
 
@@ -61,7 +61,7 @@ LONGEST = 300.0  # s; a run ends here
 
 @dataclass(frozen=True)
 class Oscillation:
-    """A swing as an angle sensor and a gate at the rest position see it.
+    """Holds a swing as an angle sensor and a gate at the rest position see it.
 
     Attributes:
         time, angle: (n,) s and rad, at the integrator's steps.
@@ -140,7 +140,7 @@ def scale_reading(
     scale_edge: float,
     gravity: float = STANDARD_GRAVITY,
 ) -> float:
-    """What the scales show (kg) once a specimen has come to rest on two knife-edges.
+    """Tells what the scales show (kg) once a specimen has come to rest on two knife-edges.
 
     The fixed edge is a hinge about y, the scales are a stiff damped spring under the other edge.
 
@@ -194,7 +194,7 @@ def swing_flexible_frame(
     oscillations: int = 3,
     gravity: float = STANDARD_GRAVITY,
 ) -> Oscillation:
-    """As `swing`, with the bare frame of the impact model, which bends at the throat joint.
+    """Swings as `swing` does, with the bare frame of the impact model, which bends.
 
     It is let go unbent; the ringing that this starts is gone when the timing begins.
 

@@ -1,4 +1,4 @@
-"""Single swings on the inertia bench: a history to look at, and what bending changes."""
+"""Runs single swings on the inertia bench: a history to look at, and what bending changes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def swing_history(
     amplitude: float = AMPLITUDE,
     oscillations: int = 3,
 ) -> xarray.Dataset:
-    """One pendulum run: `angle` over `time`, and the `crossing` times of the rest position.
+    """Runs one pendulum: `angle` over `time`, and the `crossing` times of the rest position.
 
     The attribute `period_s` is the mean of the swings from the third crossing on.
 
@@ -55,7 +55,7 @@ def swing_history(
 def bending_error(
     racket_names: Sequence[str] = ("tour", "recreational"), *, amplitude: float = AMPLITUDE
 ) -> xarray.DataArray:
-    """How much the bending of the bare frame changes the pendulum's moment about its pivot.
+    """Tells how much the bare frame's bending changes the pendulum's moment about its pivot.
 
     Returns:
         (T_flexible / T_rigid)^2 - 1 over `racket` and `axis` (transverse, frontal), with both

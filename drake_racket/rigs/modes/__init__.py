@@ -1,1 +1,1 @@
-"""Modal analysis of the frame."""
+"""The modal analysis finds the frame's frequencies, damping and shapes."""

@@ -1,4 +1,4 @@
-"""Bending of the free, bare frame: what the hammer's ringing should show, and what it shows."""
+"""Tells what the hammer's ringing should show of the frame's bending, and what it shows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BendingMode:
-    """Small bending in one plane: J q'' + cf q' + kf q = 0 for the joint angle q.
+    """Holds the small bending in one plane: J q'' + cf q' + kf q = 0 for the joint angle q.
 
     Attributes:
         frequency: undamped, Hz.  damping_ratio: cf / (2 sqrt(kf J)).
@@ -39,13 +39,13 @@ class BendingMode:
 
     @property
     def damped_frequency(self) -> float:
-        """Hz; NaN where the damping is critical or more, and nothing rings."""
+        """Gives Hz; NaN where the damping is critical or more, and nothing rings."""
         if self.damping_ratio >= 1.0:
             return math.nan
         return self.frequency * math.sqrt(1.0 - self.damping_ratio**2)
 
     def ringing_per_impulse(self, place: float) -> float:
-        """Amplitude of acceleration at `place` after a short hit there, m/s^2 per N s, undamped.
+        """Gives the acceleration's amplitude at `place` after a short hit there, m/s^2 per N s.
 
         An impulse I gives the mode the rate q' = u I / J, and the place the acceleration u w q',
         with u the motion of the place per joint angle.
@@ -55,7 +55,7 @@ class BendingMode:
 
 
 def bending_mode(parameters: RacketParameters, direction: str) -> BendingMode:
-    """The mode `in_plane` or `out_of_plane`, from the plant's mass matrix at rest.
+    """Gives the mode `in_plane` or `out_of_plane`, from the plant's mass matrix at rest.
 
     With both momenta zero, the handle's velocity V follows from the joint's rate q':
     M_VV V + M_Vq q' = 0, and the kinetic energy is J q'^2 / 2, J = M_qq - M_qV M_VV^-1 M_Vq.
@@ -88,6 +88,6 @@ def bending_mode(parameters: RacketParameters, direction: str) -> BendingMode:
 
 
 def acceleration_signal(strike: xarray.Dataset) -> Signal:
-    """The acceleration of a strike as a Signal."""
+    """Gives the acceleration of a strike as a Signal."""
     time, value = strike["time"].to_numpy(), strike["acceleration"].to_numpy()
     return Signal(time, value, "acceleration", "m/s^2", strike.attrs["title"])

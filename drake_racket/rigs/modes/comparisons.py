@@ -1,4 +1,4 @@
-"""How modes change: with the firmness of the grip, and of the strings with the frame's freedom.
+"""Tells how modes change: with the grip's firmness, and of the strings with the frame's freedom.
 
 *Grip.* Between a hand of no stiffness and one of endless stiffness lie the free racket and the one
 with its handle clamped. By Rayleigh's principle stiffer springs lower no frequency, so in each
@@ -52,7 +52,7 @@ def grip_sweep(
     grip: GripStiffness | None = None,
     factors: Sequence[float] = GRIP_FACTORS,
 ) -> xarray.Dataset:
-    """The lowest three modes in each plane, as all six stiffnesses of the grip are scaled.
+    """Gives the lowest three modes in each plane, as all six stiffnesses of the grip are scaled.
 
     Args:
         racket, tension, joint_reading: as `load_racket`.
@@ -166,7 +166,7 @@ def _limit(parameters: RacketParameters, strung: bool, support: str) -> NDArray[
 def string_bed_coupling(
     racket: str = "tour", tension: str = "low", joint_reading: str | None = None
 ) -> xarray.Dataset:
-    """The string-bed modes with the head clamped, and what the free frame makes of them.
+    """Gives the string-bed modes with the head clamped, and what the free frame makes of them.
 
     Clamped and free modes are paired by their string deflections (MAC, the squared cosine between
     them), not by their order.

@@ -1,4 +1,4 @@
-"""Modal analysis: frequencies, damping and mode shapes of a racket, and its fundamentals.
+"""Computes frequencies, damping and mode shapes of a racket, and its fundamentals.
 
 The source excited each racket, measured extreme displacements along it, and found nodes,
 antinodes and the fundamentals in and out of plane (Glynn et al. 2011, Methods and Results). Here
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 
 def published_fundamentals(racket: str) -> tuple[float, float]:
-    """Frequencies (Hz) in and out of plane (Glynn et al. 2011, Results); nan for other rackets."""
+    """Gives published frequencies (Hz) in and out of plane; nan for other rackets."""
     return {"tour": (158.0, 132.0), "recreational": (178.0, 150.0)}.get(racket, (np.nan, np.nan))
 
 
@@ -67,7 +67,7 @@ def modes_dataset(
     grip: GripStiffness | None = None,
     samples: int = SAMPLES,
 ) -> xarray.Dataset:
-    """All modes of one racket that vibrate.
+    """Computes all modes of one racket that vibrate.
 
     Args:
         racket, tension, joint_reading: as `load_racket`.
@@ -125,7 +125,7 @@ def modes_dataset(
 
 
 def modes_grip(support: str, grip: GripStiffness | None) -> str:
-    """Name of the grip for a Dataset's attributes."""
+    """Gives the name of the grip for a Dataset's attributes."""
     return "none" if support != "grip" else "normal" if grip is None else grip.name
 
 
@@ -207,7 +207,7 @@ def _landmark_variables(
 
 
 def string_variables(strings: NDArray[np.float64], bed: BedTopology) -> dict[str, Any]:
-    """String deflections (n, points) and how symmetric they are, for a Dataset over `mode`."""
+    """Gives string deflections (n, points) and how symmetric they are, over `mode`."""
     places = bed.places.tolist()
     across = [places.index([x, -y]) for x, y in places]
     along = [places.index([-x, y]) for x, y in places]
@@ -257,7 +257,7 @@ def fundamentals_table(
     tension: str = "low",
     grip: GripStiffness | None = None,
 ) -> xarray.Dataset:
-    """The bending mode in each plane, of rackets on supports.
+    """Gives the bending mode in each plane, of rackets on supports.
 
     The bending mode is the one with the largest share of its strain energy in that joint spring.
 

@@ -1,4 +1,4 @@
-"""Modes of a racket, from Drake's linearisation of it at rest.
+"""Computes the modes of a racket from Drake's linearisation of it at rest.
 
 Drake linearises the Diagram of plant and string-bed (automatic differentiation, so exact). In the
 plant's velocities v the small motion about the resting racket is
@@ -59,7 +59,7 @@ _NO_PAIR = complex(np.nan, np.nan)
 
 @dataclass(frozen=True)
 class ModalSystem:
-    """A racket on its support, ready to be linearised. Vary its Context and solve again."""
+    """Holds a racket on its support, ready to be linearised. Vary its Context and solve again."""
 
     diagram: Diagram
     context: Context
@@ -68,13 +68,13 @@ class ModalSystem:
     grip: Grip | None
 
     def plant_context(self) -> Context:
-        """The plant's Context; on it the frame's and the grip's bushings may be changed."""
+        """Gives the plant's Context; on it the frame's and the grip's bushings may be changed."""
         return self.plant.GetMyMutableContextFromRoot(self.context)
 
 
 @dataclass(frozen=True)
 class Modes:
-    """The n vibrations of a racket with nv velocities, by rising frequency.
+    """Holds the n vibrations of a racket with nv velocities, by rising frequency.
 
     Attributes:
         frequencies: (n,) undamped, Hz.
@@ -102,7 +102,7 @@ class Modes:
     rigid_motions: int
 
     def bending(self, plane: str) -> int:
-        """Index of the mode with the largest share of its strain energy in one joint spring.
+        """Gives index of the mode with the largest share of its strain energy in one joint spring.
 
         Raises:
             InputError: `plane` is no joint of the frame: in_plane, out_of_plane.
@@ -154,7 +154,7 @@ def modal_system(
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """Small motion about rest: Drake's state matrix (of [q; v]), and M, K in velocities."""
+    """Holds small motion about rest: Drake's state matrix (of [q; v]), and M, K in velocities."""
 
     state_matrix: NDArray[np.float64]
     mass: NDArray[np.float64]
@@ -183,7 +183,7 @@ def linearise(system: ModalSystem) -> LinearSystem:
 
 
 def solve_modes(system: ModalSystem) -> Modes:
-    """The modes of the racket with the parameters of the system's Context."""
+    """Gives the modes of the racket with the parameters of the system's Context."""
     linear = linearise(system)
     squares, shapes = scipy.linalg.eigh(linear.stiffness, linear.mass)
     vibrates = squares > _ZERO * squares[-1]
@@ -230,7 +230,7 @@ def _damped(
 
 
 def strain_elements(parameters: RacketParameters) -> tuple[str, ...]:
-    """What stores strain energy: the frame's joints, the strings, and the hand."""
+    """Tells what stores strain energy: the frame's joints, the strings, and the hand."""
     return (*(joint.name for joint in parameters.frame_joints()), STRINGS, GRIP)
 
 

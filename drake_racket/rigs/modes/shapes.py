@@ -1,4 +1,4 @@
-"""Mode shapes along the racket's axis: displacements, nodes and antinodes.
+"""Computes mode shapes along the racket's axis: displacements, nodes and antinodes.
 
 Two rigid bodies on a hinge move along the axis in two straight pieces. So what the model can give:
 
@@ -41,7 +41,7 @@ def check_samples(samples: int) -> None:
 
 @dataclass(frozen=True)
 class Shapes:
-    """Normalised displacements of n modes: the largest of all that are listed here is +1.
+    """Holds the normalised displacements of n modes: the largest of all that are listed here is +1.
 
     Those are the axis's (along y and z), the rim's sides (along z) and the strings' (along the
     head's z, from the head). Units: per unit of the largest displacement (m/m; roll in rad/m).
@@ -60,25 +60,25 @@ class Shapes:
     tip: float  # m from the butt
 
     def along_axis(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacement (n, 2, len(x)) along y and z at `x` (m from the butt)."""
+        """Gives the displacement (n, 2, len(x)) along y and z at `x` (m from the butt)."""
         at = [0.0, self.throat, self.tip]
         lines = [[np.interp(x, at, corners) for corners in mode] for mode in self.corners]
         return np.array(lines).reshape(len(self.corners), 2, len(x))
 
     def plane(self, mode: int) -> str | None:
-        """The plane in which the axis of a mode moves; None if it does not (roll, say)."""
+        """Gives the plane in which the axis of a mode moves; None if it does not (roll, say)."""
         size = np.max(np.abs(self.corners[mode]), axis=1)
         return PLANES[int(np.argmax(size))] if np.max(size) > _STILL else None
 
     def frame_motion(self) -> NDArray[np.float64]:
-        """(n,) largest displacement of the frame, over the largest deflection of the strings."""
+        """Gives (n,) largest displacement of the frame over that of the strings."""
         frame = np.max(np.abs(self.corners), axis=(1, 2))
         motion: NDArray[np.float64] = frame / np.max(np.abs(self.strings), axis=1)
         return motion
 
 
 def mode_shapes(modes: Modes) -> Shapes:
-    """Displacements of all modes, from the plant's Jacobians."""
+    """Gives the displacements of all modes, from the plant's Jacobians."""
     system = modes.system
     racket, parameters = system.racket, system.racket.parameters
     throat, head_length = parameters.handle.length.value, parameters.head.length.value
@@ -167,7 +167,7 @@ def exact_landmarks(corners: NDArray[np.float64], throat: float, tip: float) -> 
 
 
 def quadratic_fit(x: NDArray[np.float64], displacement: NDArray[np.float64]) -> Polynomial:
-    """The quadratic of least squares through displacements at `x` (m)."""
+    """Gives the quadratic of least squares through displacements at `x` (m)."""
     fit: Polynomial = Polynomial.fit(x, displacement, 2)
     return fit
 
@@ -184,14 +184,14 @@ def regression_landmarks(fit: Polynomial, tip: float) -> ModeLandmarks:
 
 
 def sample_points(parameters: RacketParameters, samples: int = SAMPLES) -> NDArray[np.float64]:
-    """Places (m from the butt) whose displacement the regression takes: even, butt to tip."""
+    """Gives places (m from the butt) whose displacement the regression takes: even, butt to tip."""
     check_samples(samples)
     length = parameters.handle.length.value + parameters.head.length.value
     return np.linspace(0.0, length, samples)
 
 
 def head_node(parameters: RacketParameters) -> float:
-    """The exact out-of-plane node on the head of the free, strung racket, m from the butt.
+    """Finds the exact out-of-plane node on the head of the free, strung racket, m from the butt.
 
     A ball that strikes there excites bending least.
     """
