@@ -57,7 +57,7 @@ def test_reaction_at_the_string_mass_is_a_couple_and_the_audit_says_so():
     assert any("couple" in warning for warning in result.warnings)
 
 
-@pytest.mark.parametrize("case", range(4))
+@pytest.mark.parametrize("case", [0, 1, *(pytest.param(i, marks=pytest.mark.slow) for i in (2, 3))])
 def test_defaults_are_within_1e_4_of_the_converged_value(case):
     _check_defaults(BEDS[case % 4], SUPPORTS[case % 3], 1 + (5 * case) % 9)
 
@@ -207,7 +207,7 @@ def _speeds(base: Scenario, step: float, points: range | tuple[int, ...]) -> np.
     return np.array([np.linalg.norm(r.rebound_velocity) for r in results])
 
 
-@pytest.mark.parametrize("incidence", [0.0, 17.0])
+@pytest.mark.parametrize("incidence", [pytest.param(0.0, marks=pytest.mark.slow), 17.0])
 def test_a_discrete_plant_agrees(incidence):
     """Rebound speed within 0.1 % with a step of 1e-5 s, at every kind of point of a free racket."""
     base = Scenario(after=0.006, incidence_deg=incidence)
@@ -264,6 +264,7 @@ def test_a_discrete_plant_s_impulse_is_what_the_ball_receives():
         assert simulate(scenario, history=False).momentum_error < 1e-12
 
 
+@pytest.mark.slow
 def test_a_discrete_contact_is_of_second_order():
     base = Scenario(support="clamped_head", after=0.0065, speed=28.0)
     tight = dataclasses.replace(base, integrator=TIGHT)

@@ -18,6 +18,7 @@ import functools
 import math
 import typing
 import unicodedata
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, TypeVar
@@ -53,9 +54,10 @@ def refusal(value: object, allowed: str, below: str = "") -> Refusal:
     return Refusal(value, allowed, below)
 
 
-class Rule:
+class Rule(ABC):
     """A rule says what one value that is no dataclass may be."""
 
+    @abstractmethod
     def check(self, value: Any, *, written: bool = False) -> Any:
         """Returns the value as it is kept; raises `refusal`.
 
@@ -64,7 +66,6 @@ class Rule:
             written: it comes from a file, where a number may stand in quotes.
 
         """
-        raise NotImplementedError
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         def check(value: Any, info: Any) -> Any:
@@ -173,7 +174,7 @@ class OneOf(Rule):
         return text
 
 
-class After(Rule):
+class After:
     """Checks a dataclass, or whatever pydantic knows, once it has its type."""
 
     def __init__(self, check: Callable[[Any], Any]) -> None:

@@ -229,6 +229,7 @@ def test_the_clamped_engine_equals_an_independent_ode(racket, by_hand):
     assert outcome.column("peak_normal_force")[0][0] == pytest.approx(expected.peak_force, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_drake_rig_equals_it_too(file, racket, by_hand):
     expected = rebound(racket, by_hand)
     scenario = Scenario(
