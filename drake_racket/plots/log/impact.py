@@ -21,8 +21,11 @@ def impact_figure(history: xarray.Dataset) -> Figure:
     """Draws one impact in four panels: force, ball and strings, throat joint, acceleration."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, 7.0), layout="constrained")
-    force, motion, joint, handle = figure.subplots(2, 2).flat
+    figure = Figure(figsize=(9.0, 7.0))
+    # margins by hand: to find them matplotlib would draw everything twice
+    margins = {"left": 0.08, "right": 0.985, "bottom": 0.075, "top": 0.9}
+    grid = margins | {"wspace": 0.26, "hspace": 0.36}
+    force, motion, joint, handle = figure.subplots(2, 2, gridspec_kw=grid).flat
     # the first row is about the contact, the second about the ringing after it
     draw_contact_force(force, history)
     draw_ball_and_strings(motion, history)
