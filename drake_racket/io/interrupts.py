@@ -23,28 +23,46 @@ def interrupt_word(interrupt: BaseException) -> str:
     return "terminated" if isinstance(interrupt, Terminated) else "interrupted"
 
 
+_COME: list[KeyboardInterrupt] = []  # signals are the process's: so is the record of them
+
+
 @contextmanager
-def terminable() -> Iterator[list[Terminated]]:
+def terminable() -> Iterator[list[KeyboardInterrupt]]:
     """Lets SIGTERM raise Terminated within it, as Ctrl-C raises KeyboardInterrupt.
 
     Yields:
-        The interrupts that have come: some libraries turn them into exceptions of their own.
+        The interrupts that have come: some libraries turn them into exceptions of their own, and
+        one that comes while Python tidies up is lost (see `raise_interrupts`).
 
     """
-    come: list[Terminated] = []
+    come: list[KeyboardInterrupt] = []
     if threading.current_thread() is not threading.main_thread():
         yield come
         return
 
     def interrupt(number: int, frame: FrameType | None) -> None:
-        come.append(Terminated())
+        come.append(Terminated() if number == signal.SIGTERM else KeyboardInterrupt())
+        _COME.append(come[-1])
         raise come[-1]
 
-    before = signal.signal(signal.SIGTERM, interrupt)
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, interrupt) for number in numbers]
     try:
         yield come
     finally:
-        signal.signal(signal.SIGTERM, before)
+        _COME.clear()
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+
+
+def raise_interrupts() -> None:
+    """Raises what has come within `terminable`, if anything: long work calls it between its parts.
+
+    Python drops an exception that a signal's handler raises inside a destructor or a callback that
+    cannot fail; the work would go on.
+    """
+    if _COME:
+        raise _COME[-1]
 
 
 @contextmanager

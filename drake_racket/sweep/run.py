@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped
 from drake_racket.io.files import check_directory, directory_error
-from drake_racket.io.interrupts import undisturbed
+from drake_racket.io.interrupts import raise_interrupts, undisturbed
 from drake_racket.io.progress import Progress, Report
 from drake_racket.pool import PoolError, check_workers, leave_if_imported_again
 from drake_racket.results.formats import write_history
@@ -195,6 +195,7 @@ def _run_missing(
     with contextlib.closing(run(missing)) as outcomes:
         for batch in _kept(outcomes, sweep, out):
             store.record(batch, plan.hashes)
+            raise_interrupts()
             done += len(batch)
             failures += sum(bool(outcome.failure) for outcome in batch)
             tell(done)

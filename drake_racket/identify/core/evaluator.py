@@ -9,6 +9,7 @@ import numpy as np
 from drake_racket.identify.core.checkpoint import Checkpoint
 from drake_racket.identify.core.problem import Array, Problem, Scale
 from drake_racket.io.errors import InputError
+from drake_racket.io.interrupts import raise_interrupts
 
 
 class Evaluator:
@@ -38,6 +39,7 @@ class Evaluator:
 
     def residuals(self, u: Array) -> Array:
         """Gives (m,) residuals, each over its sigma; not finite where the model has no solution."""
+        raise_interrupts()
         x = self.scale.from_unit(u)
         found = self._checkpoint.value("residuals", x, lambda: self._checked_residuals(x))
         weighted = self._weighted(found)
@@ -46,6 +48,7 @@ class Evaluator:
 
     def cost(self, u: Array) -> float:
         """Gives the sum of squares of `residuals`; inf where the model has no solution."""
+        raise_interrupts()
         x = self.scale.from_unit(u)
 
         def compute() -> Array:
