@@ -6,8 +6,10 @@
 
 `collect` runs a checkout with the Python that runs this script: the 108 default impacts (four beds,
 nine points; head clamped at 18 and 33 m/s, free at 25 m/s), one impact in a hand and one in the
-shipped limb, the recovery study and the validation report. `compare` prints the largest relative
-difference of each group, and every number that differs by more than 1e-12.
+shipped limb, the recovery study and
+the validation report. `compare` prints the largest difference of
+each group, relative to the largest number of its vector (of its balance, for an energy), and every
+number that differs by more than 1e-12.
 """
 
 from __future__ import annotations
@@ -101,12 +103,27 @@ def numbers(tree: Any, key: str = "") -> Iterator[tuple[str, float]]:
         yield key, float(tree)
 
 
-def difference(before: float, after: float) -> float:
-    """Relative to the larger one; 0 for two that are equal or both no number."""
+def family(key: str) -> str:
+    """What a number is measured against: its vector, and the energies of one balance together."""
+    key = key.partition("[")[0]
+    energy = ".balance." in key and not key.endswith(("momentum", "on_ball"))
+    return key.rpartition(".")[0] if energy else key
+
+
+def scales(found: dict[str, float]) -> dict[str, float]:
+    """The largest magnitude in each family."""
+    largest: dict[str, float] = {}
+    for key, number in found.items():
+        if math.isfinite(number):
+            largest[family(key)] = max(largest.get(family(key), 0.0), abs(number))
+    return largest
+
+
+def difference(before: float, after: float, scale: float) -> float:
+    """Relative to `scale`; 0 for two that are equal or both no number."""
     if before == after or (math.isnan(before) and math.isnan(after)):
         return 0.0
-    scale = max(abs(before), abs(after))
-    off = abs(before - after) / scale if scale else 0.0
+    off = abs(before - after) / scale if scale else math.inf
     return off if math.isfinite(off) else math.inf
 
 
@@ -119,7 +136,10 @@ def compare(before: dict[str, Any], after: dict[str, Any]) -> str:
     listed: list[str] = []
     for group in before:
         old, new = dict(numbers(before[group])), dict(numbers(after.get(group, {})))
-        off = {k: difference(v, new[k]) for k, v in old.items() if k in new}
+        size = scales(old)
+        off = {
+            k: difference(v, new[k], size.get(family(k), 0.0)) for k, v in old.items() if k in new
+        }
         equal = sum(x == 0.0 for x in off.values())
         lines.append(f"| {group} | {len(off)} | {equal} | {max(off.values(), default=0.0):.1e} |")
         listed += [
