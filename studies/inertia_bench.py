@@ -3,8 +3,8 @@
     python studies/inertia_bench.py --out inertia_bench
 
 Simulates the source's inertia measurements on handle part, head part, bare frame and strung
-racket, runs the readings through the sums a laboratory would do, and sets the result beside what
-was put in. Leaves inertia_bench.nc (all of it), inertia_bench.csv (moments), swing.nc (one pendulum
+racket, runs them through the sums a laboratory would do, and sets the result beside what was put
+in. Leaves inertia_bench.nc (all of it), inertia_bench.csv (moments), swing.nc (one pendulum
 run) and inertia_bench.png.
 """
 

@@ -34,7 +34,7 @@ from drake_racket.rigs.inertia.rigid import (
 )
 from drake_racket.rigs.inertia.simulation import (
     PLATFORM,
-    scale_reading,
+    scale_mass,
     swing,
     swing_flexible_frame,
     twist,
@@ -104,8 +104,8 @@ def test_torsion_returns_the_spring_and_the_body():
 
 def test_two_knife_edges():
     """A 0.3 kg rod, 0.35 m of it beyond the fixed edge at 0.05 m: moments by hand."""
-    reading = 0.3 * (0.22 - 0.05) / 0.5
-    assert balance_point(reading, 0.3, 0.5, fixed_edge=0.05).value == pytest.approx(0.22)
+    shown = 0.3 * (0.22 - 0.05) / 0.5
+    assert balance_point(shown, 0.3, 0.5, fixed_edge=0.05).value == pytest.approx(0.22)
     # the scales on the butt's side of the fixed edge
     other = 0.3 * (0.55 - 0.22) / 0.5
     assert balance_point(other, 0.3, -0.5, fixed_edge=0.55).value == pytest.approx(0.22)
@@ -176,7 +176,7 @@ def test_deviations_of_the_other_sums():
     assert found.sd == pytest.approx(expected, rel=1e-6)
     value, sds = (0.2, 0.31, 0.6), (0.001, 0.002, 0.003)
     found = balance_point(
-        *value, fixed_edge=0.02, reading_sd=sds[0], mass_sd=sds[1], edge_distance_sd=sds[2]
+        *value, fixed_edge=0.02, scale_sd=sds[0], mass_sd=sds[1], edge_distance_sd=sds[2]
     )
     expected = numeric_sd(lambda *x: balance_point(*x, fixed_edge=0.02).value, value, sds)
     assert found.sd == pytest.approx(expected, rel=1e-6)
@@ -193,10 +193,10 @@ def test_a_stopwatch_scatter_gives_the_stated_deviation():
 
 
 def test_the_benchs_deviations_are_the_scatter_of_its_readings():
-    """Monte Carlo over both readings, both edges, the pivot and every period, sums by hand.
+    """Monte Carlo over both measurements, both edges, the pivot and every period, sums by hand.
 
-    The readings are common to mass and balance: counted as independent, the deviations about the
-    pivot would be 5 % off.
+    The measurements are common to mass and balance: counted as independent, the deviations about
+    the pivot would be 5 % off.
     """
     rng = np.random.default_rng(2)
     errors = BenchErrors(period=0.002, mass=2e-3, length=5e-4)
@@ -226,7 +226,7 @@ def test_the_benchs_deviations_are_the_scatter_of_its_readings():
 
 def test_two_weighings_far_from_the_middle():
     """By hand: s = 0.9, D / m = 2 m/kg."""
-    found = weigh_twice(0.27, 0.03, (0.05, 0.65), reading_sd=1e-3, place_sd=2e-3)
+    found = weigh_twice(0.27, 0.03, (0.05, 0.65), scale_sd=1e-3, place_sd=2e-3)
     assert found.mass.value == pytest.approx(0.3)
     assert found.com.value == pytest.approx(0.05 + 0.9 * 0.6)
     assert found.mass.sd == pytest.approx(math.sqrt(2.0) * 1e-3)
@@ -252,7 +252,7 @@ CALLS = {
     pendulum_moments: {"period": 1.4, "mass": 0.3, "distance": 0.23, "gravity": 9.8},
     torsional_moment: {"period": 0.5, "torsion_constant": 0.02},
     torsion_constant: {"period": 0.5, "known_moment": 0.001},
-    balance_point: {"reading": 0.2, "mass": 0.3, "edge_distance": 0.6},
+    balance_point: {"shown": 0.2, "mass": 0.3, "edge_distance": 0.6},
     swingweight: {"mass": 0.3, "balance": 0.33, "moment": 0.017},
 }
 SIGNED = {(balance_point, "edge_distance"), (swingweight, "balance")}
@@ -294,7 +294,7 @@ def test_bad_numbers_are_named(function, key):
         (lambda: weigh_twice(0.2, 0.1, (0.1, math.nan)), "edges"),
         (lambda: weigh_twice(0.2, 0.1, (0.1, 0.6), place_sd=-1.0), "place_sd"),
         (lambda: torsion_constant(0.5, 0.02, empty_period=0.6), "empty_period"),
-        (lambda: balance_point(0.31, 0.3, 0.5), "reading"),
+        (lambda: balance_point(0.31, 0.3, 0.5), "shown"),
         (lambda: balance_point(0.2, 0.3, 0.0), "edge_distance"),
         (lambda: torsional_moment(1e300, 0.02), "measured numbers"),
         (lambda: combine([]), "parts"),
@@ -309,7 +309,7 @@ def test_bad_numbers_are_named(function, key):
         (lambda: swing([], "frontal", pivot=0.0, amplitude=0.1), "parts"),
         (lambda: twist([], amplitude=0.1), "parts"),
         (lambda: twist([PLATFORM], amplitude=0.1, torsion_constant=0.0), "torsion_constant"),
-        (lambda: scale_reading(ROD, fixed_edge=0.1, scale_edge=0.1), "scale_edge"),
+        (lambda: scale_mass(ROD, fixed_edge=0.1, scale_edge=0.1), "scale_edge"),
         (lambda: inertia_dataset([]), "racket_names"),
         (lambda: inertia_dataset("tour"), "racket_names"),
         (lambda: inertia_dataset(["tour", "tour"]), "racket_names"),
@@ -350,9 +350,9 @@ def test_the_period_converges_with_the_step():
 
 
 def test_the_scales_show_the_moment_about_the_fixed_edge():
-    assert scale_reading(ROD, fixed_edge=0.04, scale_edge=0.54) == pytest.approx(0.18, rel=1e-8)
+    assert scale_mass(ROD, fixed_edge=0.04, scale_edge=0.54) == pytest.approx(0.18, rel=1e-8)
     # gravity cancels in what scales show as mass
-    moon = scale_reading(ROD, fixed_edge=0.04, scale_edge=0.54, gravity=1.62)
+    moon = scale_mass(ROD, fixed_edge=0.04, scale_edge=0.54, gravity=1.62)
     assert moon == pytest.approx(0.18, rel=1e-8)
 
 

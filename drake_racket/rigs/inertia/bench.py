@@ -9,7 +9,7 @@ its butt end (or from the near end of a part). The simulated bench that feeds th
 
 Standard deviations are propagated to first order, sd(f)^2 = sum (df/dx_i)^2 sd(x_i)^2, for errors
 that are independent of each other; a standard deviation that is not given counts as zero. Mass and
-balance from the same two readings of the scales are not independent: `Weighing` has their
+balance from the same two measurements of the scales are not independent: `Weighing` has their
 covariance, and `pendulum_moments` takes it.
 """
 
@@ -168,45 +168,45 @@ def torsion_constant(period: float, known_moment: float, *, empty_period: float 
 
 
 def balance_point(
-    reading: float,
+    shown: float,
     mass: float,
     edge_distance: float,
     *,
     fixed_edge: float = 0.0,
-    reading_sd: float = 0.0,
+    scale_sd: float = 0.0,
     mass_sd: float = 0.0,
     edge_distance_sd: float = 0.0,
 ) -> Measured:
     """Gives the centre of mass (m from the butt) of a body that lies level on two knife-edges.
 
-        x = x_fixed + (reading / m) D
+        x = x_fixed + (shown / m) D
 
     by moments about the fixed edge; gravity cancels.
 
     Args:
-        reading: kg, what the scales under the other edge show (tared with the edge on them).
+        shown: kg, what the scales under the other edge show (tared with the edge on them).
         mass: kg, of the whole body.
         edge_distance: m, D, from the fixed edge to the edge on the scales, towards the tip;
             negative where the scales are on the butt's side.
         fixed_edge: m, place of the fixed edge from the butt.
 
     Raises:
-        InputError: a value is not finite or out of range, or the reading is above the mass (then
+        InputError: a value is not finite or out of range, or what they show is above the mass (then
             the body would lift off the fixed edge).
 
     """
-    check_positive(reading=reading, mass=mass)
+    check_positive(shown=shown, mass=mass)
     check_finite("edge_distance", edge_distance)
     check_finite("fixed_edge", fixed_edge)
-    check_not_negative(reading_sd=reading_sd, mass_sd=mass_sd, edge_distance_sd=edge_distance_sd)
+    check_not_negative(scale_sd=scale_sd, mass_sd=mass_sd, edge_distance_sd=edge_distance_sd)
     if edge_distance == 0.0:
         raise InputError("edge_distance", edge_distance, "a number other than 0 (m)")
-    if reading > mass:
-        raise InputError("reading", reading, f"at most the mass, {mass} kg")
-    share = reading / mass
+    if shown > mass:
+        raise InputError("shown", shown, f"at most the mass, {mass} kg")
+    share = shown / mass
     place = fixed_edge + share * edge_distance
     shares = (
-        edge_distance / mass * reading_sd,
+        edge_distance / mass * scale_sd,
         share * edge_distance / mass * mass_sd,
         share * edge_distance_sd,
     )
@@ -226,11 +226,11 @@ class Weighing:
 
 
 def weigh_twice(
-    reading: float,
+    shown: float,
     exchanged: float,
     edges: tuple[float, float],
     *,
-    reading_sd: float = 0.0,
+    scale_sd: float = 0.0,
     place_sd: float = 0.0,
 ) -> Weighing:
     """Finds mass and centre of mass on two knife-edges, weighed again with them exchanged.
@@ -243,27 +243,27 @@ def weigh_twice(
     by moments about a with the scales under b (r1), and about b with the scales under a (r2).
 
     Args:
-        reading, exchanged: kg, r1 and r2.
+        shown, exchanged: kg, r1 and r2.
         edges: m, a and b, from the butt.
-        reading_sd, place_sd: standard deviations of either reading, and of either edge's place.
+        scale_sd, place_sd: standard deviations of either weighing, and of either edge's place.
 
     Raises:
         InputError: a value is not finite or out of range, or the edges are in one place.
 
     """
-    check_positive(reading=reading, exchanged=exchanged)
-    check_not_negative(reading_sd=reading_sd, place_sd=place_sd)
+    check_positive(shown=shown, exchanged=exchanged)
+    check_not_negative(scale_sd=scale_sd, place_sd=place_sd)
     for edge in edges:
         check_finite("edges", edge)
-    mass, distance = reading + exchanged, edges[1] - edges[0]
-    place = balance_point(reading, mass, distance, fixed_edge=edges[0]).value
-    share, lever = reading / mass, distance / mass * reading_sd
+    mass, distance = shown + exchanged, edges[1] - edges[0]
+    place = balance_point(shown, mass, distance, fixed_edge=edges[0]).value
+    share, lever = shown / mass, distance / mass * scale_sd
     both = math.hypot(share, 1.0 - share)
     deviation = both * math.hypot(lever, place_sd)
-    covariance = (1.0 - 2.0 * share) * lever * reading_sd
+    covariance = (1.0 - 2.0 * share) * lever * scale_sd
     for result in (deviation, covariance):
-        check_finite("edges, reading_sd, place_sd", result)
-    return Weighing(_measured(mass, reading_sd, reading_sd), Measured(place, deviation), covariance)
+        check_finite("edges, scale_sd, place_sd", result)
+    return Weighing(_measured(mass, scale_sd, scale_sd), Measured(place, deviation), covariance)
 
 
 def _check_periods(period: float, empty_period: float) -> None:

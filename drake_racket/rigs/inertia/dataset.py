@@ -36,7 +36,7 @@ from drake_racket.rigs.inertia.simulation import (
     EDGE_INSET,
     PLATFORM,
     TORSION_CONSTANT,
-    scale_reading,
+    scale_mass,
     swing,
     twist,
 )
@@ -54,13 +54,13 @@ PIVOTS = {"handle": 0.0, "head": 0.0, "frame": SWINGWEIGHT_AXIS, "strung": SWING
 
 @dataclass(frozen=True)
 class BenchErrors:
-    """Holds the standard deviations of the readings, for the uncertainty of what is recovered.
+    """Holds the standard deviations of the measurements, for the uncertainty of what is recovered.
 
     The defaults are inferred, typical of a careful bench: a stopwatch by hand, 0.1 s over 20
-    swings; scales to 0.1 g; a rule to 0.5 mm. They do not disturb the simulated readings.
+    swings; scales to 0.1 g; a rule to 0.5 mm. They do not disturb the simulated measurements.
 
     Attributes:
-        period: s, of every period.  mass: kg, of every reading.  length: m, of every place (of
+        period: s, of every period.  mass: kg, of every weighing.  length: m, of every place (of
             both knife-edges and of the pendulum's pivot).
 
     """
@@ -92,25 +92,23 @@ def measure(
 ) -> BenchResult:
     """Puts one specimen on all instruments of the bench.
 
-    The mass is the sum of two scale readings, with the knife-edges exchanged; their shares of it
+    The mass is the sum of two scale masses, with the knife-edges exchanged; their shares of it
     give the balance. Both pendulum axes go through the same pivot (`PIVOTS`).
 
     Raises:
         InputError: an argument is out of range.
-        SimulationError: an instrument gives no reading.
+        SimulationError: an instrument gives no number.
 
     """
     errors = errors or BenchErrors()
     check_not_negative(**asdict(errors))
     pieces = specimen_pieces(parameters, specimen)
     edges = EDGE_INSET, specimen_length(parameters, specimen) - EDGE_INSET
-    reading, exchanged = (
-        scale_reading(pieces, fixed_edge=a, scale_edge=b, gravity=gravity)
+    shown, exchanged = (
+        scale_mass(pieces, fixed_edge=a, scale_edge=b, gravity=gravity)
         for a, b in (edges, edges[::-1])
     )
-    weighing = weigh_twice(
-        reading, exchanged, edges, reading_sd=errors.mass, place_sd=errors.length
-    )
+    weighing = weigh_twice(shown, exchanged, edges, scale_sd=errors.mass, place_sd=errors.length)
     mass, com = weighing.mass, weighing.com
     empty = twist([PLATFORM], amplitude=amplitude, oscillations=oscillations).period
     loaded = twist([PLATFORM, *pieces], amplitude=amplitude, oscillations=oscillations).period
@@ -160,7 +158,7 @@ def inertia_dataset(
     Args:
         racket_names: as `load_racket` takes them.
         amplitude: rad, where pendulums are let go.  oscillations: timed swings.  gravity: m/s^2.
-        errors: of the readings, for the standard deviations.
+        errors: of the measurements, for the standard deviations.
 
     Returns:
         A Dataset over `racket`, `part` (handle, head, frame, strung) and `axis`: `period`,
@@ -170,7 +168,7 @@ def inertia_dataset(
 
     Raises:
         InputError: a name is unknown, given twice, or none is given; an argument is out of range.
-        SimulationError: an instrument gives no reading.
+        SimulationError: an instrument gives no number.
 
     """
     import xarray
@@ -242,7 +240,7 @@ def _moments(found: Found, given: Given) -> dict[str, Any]:
         "moment_sd": (
             [[[m.sd for m in line] for line in row] for row in cube],
             "kg m^2",
-            "its standard deviation, from those of the readings",
+            "its standard deviation, from those of the measurements",
         ),
         "moment_input": (put_in, "kg m^2", "moment of inertia put in"),
         "relative_error": (moment / put_in - 1.0, "1", "recovered over put in, less 1"),

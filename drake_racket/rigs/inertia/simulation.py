@@ -48,7 +48,7 @@ AXES = {"longitudinal": (1.0, 0.0, 0.0), "transverse": (0.0, 1.0, 0.0), "frontal
 TORSION_CONSTANT = 0.02  # N m/rad: periods of 0.5 to 2 s
 PLATFORM = Inertia(mass=1.0, com=0.0, longitudinal=1e-4, transverse=5e-5, frontal=5e-5)
 SCALE_STIFFNESS = 1e5  # N/m: a load cell that yields 0.02 mm under 2 N
-SCALE_DAMPING = 100.0  # N s/m: the reading rests within 0.2 s
+SCALE_DAMPING = 100.0  # N s/m: what it shows rests within 0.2 s
 
 STEP = 1e-3
 """s; RK3's relative error of a period of 0.5 to 2 s is then below 1e-8 at 10 degrees, 2e-8 at 90
@@ -133,7 +133,7 @@ def twist(
     return _oscillation(plant, joint, amplitude, oscillations, step)
 
 
-def scale_reading(
+def scale_mass(
     pieces: Sequence[Inertia],
     *,
     fixed_edge: float,
