@@ -155,6 +155,8 @@ def test_kinetic_energy_is_drakes(ran):
 
 def test_the_ends_alone_are_those_of_the_whole_run(ran):
     case, system, trajectory, _ = ran
+    if case.scenario.support not in ("free", "limb"):
+        return  # each run costs a second, and these two have it all
     ends = run_drake(case, system, every_sample=False)
     assert ends.motion.samples.tolist() == [0, len(trajectory) - 1]
     for name in ("time", "state", "record", "totals", "contact"):

@@ -261,6 +261,7 @@ def test_sensitivities_of_the_engine_equal_central_differences(racket):
         assert np.abs(error).max() < 2e-6, names[a]
 
 
+@pytest.mark.slow
 def test_a_free_impact_closes_energy_and_momentum(file):
     scenario = Scenario(
         racket=str(file),

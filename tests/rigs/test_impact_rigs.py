@@ -85,6 +85,7 @@ def test_a_stopped_ball_sticks_by_velocity_and_is_pulled_back_by_displacement():
     assert float(velocity.sel(friction_reading="displacement")) < -5.0
 
 
+@pytest.mark.slow
 def test_bending_is_excited_least_at_its_node():
     # the free racket's node lies 24 mm beyond the centre (closed form: tests of the frame's modes)
     dataset = along_axis([-0.1, -0.03, 0.02, 0.1], rackets=["tour"]).squeeze("racket")

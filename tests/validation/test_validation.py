@@ -309,9 +309,9 @@ def test_the_command_writes_the_report(tmp_path):
     ("arguments", "said"),
     [
         (["--only", "golf"], "force_plate"),
-        (["--workers", "0"], "workers"),
-        (["--out", "/dev/null/x"], "--out"),
-        ([], "--out"),
+        pytest.param(["--workers", "0"], "workers", marks=pytest.mark.slow),
+        pytest.param(["--out", "/dev/null/x"], "--out", marks=pytest.mark.slow),
+        pytest.param([], "--out", marks=pytest.mark.slow),
     ],
 )
 def test_bad_options_are_one_line(arguments, said, tmp_path):
