@@ -85,7 +85,8 @@ def test_a_signal_leaves_what_is_finished_and_says_how_to_go_on(number, workers,
     with xarray.open_dataset(out / "results.nc") as stored:
         dataset = stored.load()
     done = dataset["status"].to_numpy() == 0
-    assert 2 <= done.sum() == count(out) < 200
+    # the case that was being stored when the signal came may be in the store alone
+    assert 2 <= done.sum() <= count(out) <= done.sum() + 1 < 200
     assert (dataset["status"].to_numpy()[~done] == 2).all()
     assert np.array_equal(np.isfinite(dataset["rebound_speed"].to_numpy()), done)
     before = meanwhile["status"].to_numpy() == 0
