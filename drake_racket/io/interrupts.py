@@ -55,6 +55,11 @@ def terminable() -> Iterator[list[KeyboardInterrupt]]:
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
+def interrupted() -> bool:
+    """Tells whether a signal has come within `terminable`."""
+    return bool(_COME)
+
+
 def raise_interrupts() -> None:
     """Raises what has come within `terminable`, if anything: long work calls it between its parts.
 

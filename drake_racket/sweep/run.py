@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped
 from drake_racket.io.files import check_directory, directory_error
-from drake_racket.io.interrupts import raise_interrupts, undisturbed
+from drake_racket.io.interrupts import interrupted, raise_interrupts, undisturbed
 from drake_racket.io.progress import Progress, Report
 from drake_racket.pool import PoolError, check_workers, leave_if_imported_again
 from drake_racket.results.formats import write_history
@@ -194,6 +194,8 @@ def _run_missing(
     done = 0
     with contextlib.closing(run(missing)) as outcomes:
         for batch in _kept(outcomes, sweep, out):
+            if interrupted():  # a library may have made the signal the case's own failure
+                batch = [outcome for outcome in batch if not outcome.failure]
             store.record(batch, plan.hashes)
             raise_interrupts()
             done += len(batch)
