@@ -1,8 +1,14 @@
-"""Linearises friction in contact: how the ball's sliding answers a tangential force, and back.
+"""Splits friction off the equations of motion, to be taken implicitly by `steps`.
 
-Where friction is smoothed over a small sliding speed it is stiff, and only in two directions. With
-the rows V (2, nv) that give the sliding velocity of a velocity v, the columns U that give v' under a
-unit of friction, and G = dF/dv_t of the law, friction's part of dv'/dv is U G V, of rank two.
+Where friction is smoothed over a small sliding speed it is stiff, but only in two directions. Over a
+step from t_n on, its part of v' is near
+
+    U phi(w, N),    w = V v + d (t - t_n),    N = N_n + N' (t - t_n)
+
+with the rows V (2, nv) that give the sliding velocity of a velocity v, the columns U that give v'
+under a unit of friction, phi the law (`laws.contact`), and the rates d and N' at t_n, all frozen over
+the step. An additive Runge-Kutta method keeps its order whatever is split off; the better it is, the
+less stiff is the rest. A stage is then two equations for w.
 """
 
 from __future__ import annotations
@@ -10,13 +16,13 @@ from __future__ import annotations
 from typing import Any
 
 from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.forces import ball_motion, head_axes, relative
-from drake_racket.engines.compiled.layout import ACC, OWN, POS, SUB
+from drake_racket.engines.compiled.forces import back, ball_motion, relative
+from drake_racket.engines.compiled.layout import ACC, OWN, POS, SUB, VEL
 from drake_racket.engines.compiled.motion import cross
 from drake_racket.engines.compiled.solve import solve_free
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import contact_partials
-from drake_racket.laws.phases import AT_BALL, CONSTANTS, POINT
+from drake_racket.laws.phases import AT_BALL, CB, KB, POINT
 
 
 @compilable
@@ -118,13 +124,56 @@ def _respond(ints: Any, numbers: Any, leaf_ints: Any, w: Any, leaves: Any, vdot:
 
 
 @compilable
+def _rate_of_sliding(model: Any, contact: int, r: Any, v: Any, w: Any, leaves: Any, f: Any) -> Any:
+    """Rate of the ball's velocity relative to the string mass, as seen in the head (m/s^2).
+
+    With Q the ball, v = R^T (v_Q - v_H - n s), v_H the head's point under it: the head's axes turn,
+    and the point moves on with the ball.
+    """
+    c, n = model[4][contact], model[12][contact]
+    q0, q1, q2, u0, u1, u2 = ball_motion(n, c[at.BALL], w)
+    a = w[c[at.BALL]]
+    x0, x1, x2 = cross(a[ACC], a[ACC + 1], a[ACC + 2], q0, q1, q2)
+    z0, z1, z2 = cross(a[VEL], a[VEL + 1], a[VEL + 2], u0, u1, u2)
+    g0, g1, g2 = a[ACC + 3] + x0 + z0, a[ACC + 4] + x1 + z1, a[ACC + 5] + x2 + z2
+    i = c[at.LEAF_0]
+    head = model[1][i, at.PARENT]
+    b0, b1, b2 = 0.0, 0.0, 0.0
+    if head >= 0:
+        a = w[head]
+        x0, x1, x2 = cross(a[ACC], a[ACC + 1], a[ACC + 2], q0, q1, q2)
+        z0, z1, z2 = cross(a[VEL], a[VEL + 1], a[VEL + 2], u0, u1, u2)
+        g0 -= a[ACC + 3] + x0 + z0
+        g1 -= a[ACC + 4] + x1 + z1
+        g2 -= a[ACC + 5] + x2 + z2
+        b0, b1, b2 = back(r, (a[VEL], a[VEL + 1], a[VEL + 2]))
+    g0, g1, g2 = back(r, (g0, g1, g2))
+    rate = f[model[1][i, at.LEAF_V]]
+    # of v with the string's own rate in it, which has the axis of z
+    s = leaves[i, at.RATE]
+    x0, x1, x2 = cross(b0, b1, b2, v[0], v[1], v[2] + s)
+    return g0 - x0, g1 - x1, g2 - x2 - rate
+
+
+@compilable
 def linearise(
-    model: Any, contact: int, record: Any, w: Any, leaves: Any, columns: Any, rows: Any, gain: Any
+    model: Any,
+    contact: int,
+    record: Any,
+    w: Any,
+    leaves: Any,
+    f: Any,
+    columns: Any,
+    rows: Any,
+    law: Any,
 ) -> None:
-    """Writes U, V and G of a contact at the state of the last `rates`.
+    """Writes what is split off of a contact at the state of the last `rates`.
 
     Args:
-        columns, rows: (2, nv) U^T and V.  gain: (2, 2) G.
+        f: (nv,) v' there.
+        columns, rows: (2, nv) U^T and V.
+        law: (8,) w_0 - V v, which is 0 but for rounding (2); d (2); N and N'; and E = V U by
+            `steps` (not here).
 
     """
     ints, leaf_ints, numbers = model[0], model[1], model[8]
@@ -132,9 +181,7 @@ def linearise(
     i = c[at.LEAF_0] + int(record[POINT]) - 1
     leaf, head = leaves[i], leaf_ints[i, 0]
     p, v, r = relative(n, c[at.BALL], head, w, leaf)
-    _, _, _, _, _, ex, ey, share = contact_partials(p, v, record[CONSTANTS])
-    gain[0, 0], gain[0, 1] = -share * (1.0 - ex * ex), share * ex * ey
-    gain[1, 0], gain[1, 1] = share * ex * ey, -share * (1.0 - ey * ey)
+    a0, a1, a2 = _rate_of_sliding(model, contact, r, v, w, leaves, f)
     q0, q1, q2, _, _, _ = ball_motion(n, c[at.BALL], w)
     place = (q0, q1, q2)
     for axis in range(2):
@@ -143,6 +190,14 @@ def linearise(
             rows[axis, k] = 0.0
         _add_row(ints, numbers, w, c[at.BALL], 1.0, e, place, rows[axis])
         _add_row(ints, numbers, w, head, -1.0, e, place, rows[axis])
+    law[0], law[1], law[2], law[3] = v[0], v[1], a0, a1
+    for axis in range(2):
+        for k in range(len(f)):
+            law[2 + axis] -= rows[axis, k] * f[k]
+    law[4] = -record[KB] * p[2] - record[CB] * v[2]
+    law[5] = -record[KB] * v[2] - record[CB] * a2
+    for axis in range(2):
+        e = (r[axis], r[3 + axis], r[6 + axis])
         for k in range(len(ints)):
             for j in range(6):
                 w[k, OWN + j] = 0.0
@@ -154,4 +209,39 @@ def linearise(
         _respond(ints, numbers, leaf_ints, w, leaves, columns[axis])
 
 
-__all__ = ["head_axes", "linearise"]
+@compilable
+def friction_at(x0: float, x1: float, normal: float, constants: Any) -> Any:
+    """Gives friction (N) at a sliding velocity under a normal force, and its derivative (2, 2)."""
+    load = max(normal, 0.0)
+    place = (0.0, 0.0, -load / constants[0])
+    fx, fy, _, _, _, ex, ey, share = contact_partials(place, (x0, x1, 0.0), constants)
+    return fx, fy, -share * (1.0 - ex * ex), share * ex * ey, -share * (1.0 - ey * ey)
+
+
+@compilable
+def solve_sliding(s0: float, s1: float, h: float, inner: Any, normal: float, constants: Any) -> Any:
+    """Solves w = s + h E phi(w) for the sliding velocity w of a stage, by Newton's method.
+
+    Returns:
+        phi(w) (N) and w (m/s), two numbers each.
+
+    """
+    # from rest: the law bends towards its limit there, and Newton's method comes up from below
+    x0, x1 = 0.0, 0.0
+    size = constants[5]
+    for _ in range(50):
+        f0, f1, a, b, d = friction_at(x0, x1, normal, constants)
+        r0 = x0 - s0 - h * (inner[0, 0] * f0 + inner[0, 1] * f1)
+        r1 = x1 - s1 - h * (inner[1, 0] * f0 + inner[1, 1] * f1)
+        m00 = 1.0 - h * (inner[0, 0] * a + inner[0, 1] * b)
+        m01 = -h * (inner[0, 0] * b + inner[0, 1] * d)
+        m10 = -h * (inner[1, 0] * a + inner[1, 1] * b)
+        m11 = 1.0 - h * (inner[1, 0] * b + inner[1, 1] * d)
+        determinant = m00 * m11 - m01 * m10
+        d0, d1 = (m11 * r0 - m01 * r1) / determinant, (m00 * r1 - m10 * r0) / determinant
+        x0 -= d0
+        x1 -= d1
+        if abs(d0) + abs(d1) <= 1e-14 * (size + abs(x0) + abs(x1)):
+            break
+    f0, f1, _, _, _ = friction_at(x0, x1, normal, constants)
+    return f0, f1, x0, x1

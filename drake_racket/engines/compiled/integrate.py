@@ -14,10 +14,11 @@ import numpy as np
 
 from drake_racket.engines.compiled import layout as at
 from drake_racket.engines.compiled.forces import relative
-from drake_racket.engines.compiled.friction import linearise
+from drake_racket.engines.compiled.friction import friction_at, linearise, solve_sliding
 from drake_racket.engines.compiled.rates import move, rates
 from drake_racket.engines.compiled.steps import (
     ARK_B,
+    ARK_C,
     ARK_E,
     ARK_ERROR,
     ARK_GAMMA,
@@ -26,8 +27,9 @@ from drake_racket.engines.compiled.steps import (
     DP_ERROR,
     add_columns,
     combine,
+    damped_error_of,
     error_of,
-    solve_stage,
+    along,
 )
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, FREE, PASSED, contact_law
@@ -155,12 +157,13 @@ def _explicit(
 def _additive(
     ints: Any, floats: Any, model: Any, y: Any, h: float, records: Any, s: Any, new: Any
 ) -> None:
-    """A step of ARK4(3)6L[2]SA; the first slope, U, V, E and G are given."""
+    """A step of ARK4(3)6L[2]SA; the first slope and what `linearise` wrote are given."""
     origin, w, leaves, tau, k = s[0], s[1], s[2], s[3], s[4]
-    rows, columns, gain, inner, g = s[5], s[6], s[7], s[8], s[9]
+    rows, columns, law, inner, g = s[5], s[6], s[7], s[8], s[9]
     nq, nv = ints[at.POSITIONS], ints[at.VELOCITIES]
-    base = y[nq : nq + nv]
-    g[0, 0], g[0, 1] = 0.0, 0.0
+    constants = records[stiff_contact(records), CONSTANTS]
+    base0, base1 = along(rows, y[nq : nq + nv])
+    base0, base1 = law[0] - base0, law[1] - base1
     for stage in range(1, 6):
         combine(y, h, k, ARK_E[stage], stage, new)
         v = new[nq : nq + nv]
@@ -170,9 +173,15 @@ def _additive(
             g0 += weight * g[j, 0]
             g1 += weight * g[j, 1]
         add_columns(v, columns, h * g0, h * g1)
-        g[stage, 0], g[stage, 1] = solve_stage(
-            v, base, ARK_GAMMA * h, rows, columns, inner, gain
-        )
+        s0, s1 = along(rows, v)
+        time = ARK_C[stage] * h
+        square = 0.5 * time * time
+        s0 += base0 + time * law[2] + square * law[6]
+        s1 += base1 + time * law[3] + square * law[7]
+        normal = law[4] + time * law[5] + square * law[8]
+        g0, g1, g[6, 0], g[6, 1] = solve_sliding(s0, s1, ARK_GAMMA * h, inner, normal, constants)
+        add_columns(v, columns, ARK_GAMMA * h * g0, ARK_GAMMA * h * g1)
+        g[stage, 0], g[stage, 1] = g0, g1
         rates(ints, floats, model, new, records, origin, w, leaves, tau, k[stage])
     combine(y, h, k, ARK_B, 6, new)
 
@@ -254,9 +263,10 @@ def _new_work(ints: Any, size: int) -> Any:
         np.zeros((7, size)),
         np.zeros((2, nv)),
         np.zeros((2, nv)),
+        np.zeros(9),
         np.zeros((2, 2)),
-        np.zeros((2, 2)),
-        np.zeros((6, 2)),
+        np.zeros((7, 2)),
+        np.zeros(size),
     )
 
 
@@ -293,7 +303,7 @@ def integrate(
     size, contacts = len(y), len(records)
     s = _new_work(ints, size)
     origin, w, leaves, tau, k = s[0], s[1], s[2], s[3], s[4]
-    rows, columns, gain, inner = s[5], s[6], s[7], s[8]
+    rows, columns, law, inner = s[5], s[6], s[7], s[8]
     new = np.empty(size)
     gaps, slopes = np.zeros((2, contacts)), np.zeros((2, contacts))
     time, count, steps, evaluations = 0.0, 0, 0, 0
@@ -301,7 +311,7 @@ def integrate(
     for i in range(contacts):
         update(model, i, time, records, w, leaves)
     keep = len(samples) > 0
-    h, fresh, stiff = min(longest, 1e-5), False, False
+    h, fresh, stiff, slid = min(longest, 1e-5), False, False, 0.0
     if not controlled:
         h = longest
     while True:
@@ -320,7 +330,15 @@ def integrate(
         which = stiff_contact(records)
         stiff = which >= 0
         if stiff:
-            linearise(model, which, records[which], w, leaves, columns, rows, gain)
+            f = k[0, ints[at.POSITIONS] : ints[at.POSITIONS] + ints[at.VELOCITIES]]
+            l0, l1, l2 = law[2], law[3], law[5]
+            linearise(model, which, records[which], w, leaves, f, columns, rows, law)
+            law[6], law[7], law[8] = 0.0, 0.0, 0.0
+            if slid > 0.0:
+                law[6], law[7] = (law[2] - l0) / slid, (law[3] - l1) / slid
+                law[8] = (law[5] - l2) / slid
+            g0, g1, _, _, _ = friction_at(law[0], law[1], law[4], records[which, CONSTANTS])
+            s[9][0, 0], s[9][0, 1] = g0, g1
             for a in range(2):
                 for b in range(2):
                     total = 0.0
@@ -336,7 +354,12 @@ def integrate(
             evaluations += 5 if stiff else 6
             size_of_error = 0.0
             if stiff:
-                size_of_error = error_of(part, k, ARK_ERROR, 6, scale)
+                c = records[which, CONSTANTS]
+                _, _, g00, g01, g11 = friction_at(s[9][6, 0], s[9][6, 1], law[4] + part * law[5], c)
+                size_of_error = damped_error_of(
+                    part, k, ARK_ERROR, scale, ints[at.POSITIONS], rows, columns, inner,
+                    g00, g01, g11, ARK_GAMMA, s[10],
+                )
             else:
                 size_of_error = error_of(part, k, DP_ERROR, 7, scale)
             if not math.isfinite(size_of_error):
@@ -388,6 +411,7 @@ def integrate(
         for i in range(size):
             y[i] = new[i]
         fresh = False
+        slid = part if stiff and event < 0 else 0.0
         if event >= 0:
             point, p, v = look(model, event, records, w, leaves, records[event, PHASE] != CONTACT)
             pass_event(event, time, records, p, v, model, point)

@@ -186,7 +186,9 @@ def rates(
             if head >= 0 and record[AT_BALL] < 0.5:
                 a = w[head]
                 turning = back(r, (a[VEL], a[VEL + 1], a[VEL + 2]))
-            lost_ball, lost_friction, couple = contact_powers(p, v, force, record[CB], turning)
+            # in contact until the event, whatever sign a stage past it has: the rate stays smooth
+            pushing = (force[0], force[1], max(force[2], 1e-300))
+            lost_ball, lost_friction, couple = contact_powers(p, v, pushing, record[CB], turning)
             f[first + LOST_BALL], f[first + LOST_FRICTION] = lost_ball, lost_friction
             f[first + COUPLE] = couple
             for k in range(3):
