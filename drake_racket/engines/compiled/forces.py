@@ -83,7 +83,7 @@ def string_forces(
 
 
 @compilable
-def _end(w: Any, i: int, n: Any, rotation: int, place: int, origin: Any) -> Any:
+def frame_end(w: Any, i: int, n: Any, rotation: int, place: int, origin: Any) -> Any:
     """Rotation (9), place (3) and velocity (6, about the fixed point) of a bushing's frame."""
     k = place
     if i < 0:
@@ -206,8 +206,8 @@ def bushing_force(n: Any, a: int, c: int, w: Any, origin: Any) -> Any:
         moment about the fixed point (3) and force (3) in the world; and its power on both (W).
 
     """
-    r_a, p_a, w_a, u_a = _end(w, a, n, at.R_NA, at.P_NA, origin)
-    r_c, p_c, w_c, u_c = _end(w, c, n, at.R_NC, at.P_NC, origin)
+    r_a, p_a, w_a, u_a = frame_end(w, a, n, at.R_NA, at.P_NA, origin)
+    r_c, p_c, w_c, u_c = frame_end(w, c, n, at.R_NC, at.P_NC, origin)
     r = _between(r_a, r_c)
     rate = back(r_a, (w_c[0] - w_a[0], w_c[1] - w_a[1], w_c[2] - w_a[2]))
     t0, t1, t2, power = _bushing_torque(n, r, rate)
