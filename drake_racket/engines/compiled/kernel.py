@@ -1,0 +1,64 @@
+"""Compiles the engine's entry points: one integration, observation of states, one evaluation.
+
+numba's cache on disk knows the file of a compiled function only: the entry points close over the
+stamp of all sources that they call, so that an edit anywhere compiles them anew.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Callable
+from typing import Any
+
+from drake_racket.engines.compiled import integrate, steps
+from drake_racket.engines.compiled.dynamics import (
+    events,
+    forces,
+    friction,
+    layout,
+    motion,
+    observe,
+    rates,
+    solve,
+)
+from drake_racket.laws import contact, limits, phases, strings, totals
+from drake_racket.laws.compilation import compiled, sources_stamp
+
+_STAMP = sources_stamp(
+    integrate,
+    steps,
+    events,
+    forces,
+    friction,
+    layout,
+    motion,
+    observe,
+    rates,
+    solve,
+    contact,
+    limits,
+    phases,
+    strings,
+    totals,
+)
+
+
+def _entry(law: Callable[..., Any]) -> Callable[..., Any]:
+    """`law`, compiled, as a function that closes over the stamp."""
+
+    def stamped() -> int:
+        return _STAMP
+
+    code = law.__code__.replace(co_freevars=(*law.__code__.co_freevars, "stamp"))
+    cell = types.CellType(_STAMP)
+    copy = types.FunctionType(
+        code, law.__globals__, law.__name__, law.__defaults__, (*(law.__closure__ or ()), cell)
+    )
+    copy.__qualname__ = law.__qualname__
+    return compiled(copy, nogil=True)
+
+
+run_case = _entry(integrate.integrate)
+see_motion = _entry(observe.observe_motion)
+see_contact = _entry(observe.observe_contact)
+evaluate = _entry(rates.rates)
