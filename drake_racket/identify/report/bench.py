@@ -28,6 +28,7 @@ from drake_racket.identify.report.parameter_file import (
     write_racket,
 )
 from drake_racket.io.files import write_figure, write_netcdf, write_table, write_text
+from drake_racket.io.numbers import json_text
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
 
@@ -186,24 +187,13 @@ def _write_results(
     out: Path,
 ) -> None:
     """All fits of a run as one JSON file."""
-    content: dict[str, Any] = {
-        "data": vars(provenance),
-        "estimates": {name: vars(e) for name, e in found.items()},
-        "warnings": list(warnings),
+    content = {
+        "data": provenance,
+        "estimates": found,
+        "warnings": warnings,
         "fits": {key: json.loads(result.to_json()) for key, result in results.items()},
     }
-    write_text(json.dumps(_finite(content), indent=1, allow_nan=False) + "\n", out / "result.json")
-
-
-def _finite(value: Any) -> Any:
-    """The same with None for numbers that are not finite, which JSON does not have."""
-    if isinstance(value, Mapping):
-        return {key: _finite(v) for key, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(v) for v in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value
+    write_text(json_text(content), out / "result.json")
 
 
 def _force_residuals(fit: BallFit) -> xarray.Dataset:
