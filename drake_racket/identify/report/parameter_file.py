@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -195,25 +195,20 @@ def _new_name(old: str, name: str | None) -> str:
     return old if old.endswith("_fitted") else f"{old}_fitted"
 
 
-def write_racket(racket: RacketParameters, path: Path) -> None:
+def write_parameters(parameters: RacketParameters | BallParameters, path: Path) -> None:
     """Writes a parameter file, which is read back before it takes its name.
 
     Raises:
-        InputError: a racket that its own reader refuses.
+        InputError: parameters that their own reader refuses.
 
     """
-    _write(racket, path, read_racket)
 
-
-def write_ball(ball: BallParameters, path: Path) -> None:
-    """As `write_racket`."""
-    _write(ball, path, read_ball)
-
-
-def _write(parameters: Any, path: Path, read: Callable[[Path], object]) -> None:
     def write(temporary: Path) -> None:
         temporary.write_text(_text(parameters), encoding="utf-8")
-        read(temporary)
+        if isinstance(parameters, RacketParameters):
+            read_racket(temporary)
+        else:
+            read_ball(temporary)
 
     replace_file(path, write)
 
