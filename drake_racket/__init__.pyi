@@ -38,6 +38,7 @@ from .limbs.stroke import Stroke as Stroke
 from .limbs.stroke import apply_stroke as apply_stroke
 from .limbs.stroke import solve_stroke as solve_stroke
 from .limbs.upper_limb import add_upper_limb as add_upper_limb
+from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
 from .parameters.ball import load_ball as load_ball
 from .parameters.frame import FrameJoint as FrameJoint
@@ -58,10 +59,15 @@ from .parameters.quantities import Quantity as Quantity
 from .parameters.racket import JOINT_READINGS as JOINT_READINGS
 from .parameters.racket import RACKETS as RACKETS
 from .parameters.racket import TENSIONS as TENSIONS
+from .parameters.racket import AddedMass as AddedMass
 from .parameters.racket import RacketParameters as RacketParameters
 from .parameters.racket import load_racket as load_racket
 from .parameters.scenario import IntegratorSettings as IntegratorSettings
 from .parameters.scenario import Scenario as Scenario
+from .parameters.specs.build import racket_from_specs as racket_from_specs
+from .parameters.specs.table import rackets_from_table as rackets_from_table
+from .parameters.written import write_ball as write_ball
+from .parameters.written import write_racket as write_racket
 from .plant.ball import Ball as Ball
 from .plant.ball import add_ball as add_ball
 from .plant.ball import set_ball_inertia as set_ball_inertia

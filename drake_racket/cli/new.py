@@ -1,0 +1,181 @@
+"""`drake-racket new` makes a racket's file of what a shop prints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from drake_racket.cli.console import new_console, working
+from drake_racket.io.errors import InputError
+from drake_racket.io.files import check_directory, directory_error
+
+if TYPE_CHECKING:
+    from drake_racket.parameters.racket import RacketParameters
+
+_BY = "drake-racket new"
+
+
+def new(
+    name: Annotated[
+        str | None, typer.Argument(help="Of the racket: letters, digits and _.")
+    ] = None,
+    mass: Annotated[str | None, typer.Option(help="Strung, with its unit: 320g, 11.3oz.")] = None,
+    balance: Annotated[
+        str | None, typer.Option(help="Strung, from the butt, with its unit: 33cm, 12.9in.")
+    ] = None,
+    swingweight: Annotated[
+        str | None, typer.Option(help="Strung, about 4 inches from the butt (kg cm²): 320.")
+    ] = None,
+    twistweight: Annotated[
+        str | None, typer.Option(help="Strung (kg cm²): 14.2. Guessed if left out.")
+    ] = None,
+    head: Annotated[str | None, typer.Option(help="Area, with its unit: 98in2, 632cm2.")] = None,
+    ra: Annotated[str | None, typer.Option(help="Flex on the RA scale: 65.")] = None,
+    frequency: Annotated[
+        str | None, typer.Option(help="Measured out-of-plane fundamental (Hz): 148.")
+    ] = None,
+    length: Annotated[str | None, typer.Option(help="With its unit (27in if left out).")] = None,
+    tension: Annotated[
+        str | None, typer.Option(help="Of stringing: 24kg, 53lb, 235 (N), low or high.")
+    ] = None,
+    pattern: Annotated[str | None, typer.Option(help="Mains x crosses: 16x19.")] = None,
+    title: Annotated[str, typer.Option(help="What pictures and tables call it.")] = "",
+    bed: Annotated[
+        str, typer.Option(help="tour or recreational: whose strings (the nearer head's).")
+    ] = "",
+    table: Annotated[
+        Path | None, typer.Option(help="A CSV of many rackets, one a row, instead of a NAME.")
+    ] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(help="Of the CSV, by its own name: --column 'mass=Static weight'."),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(help="The file (.yaml) or the directory that it is written to.")
+    ] = Path(),
+) -> None:
+    """Makes a racket of what a shop prints of it, strung. Says what is safe to ask of it.
+
+    Example: drake-racket new mine --mass 320g --balance 33cm --swingweight 320 --twistweight 14.2
+    --head 98in2 --ra 65
+    """
+    from drake_racket.parameters.specs.build import racket_from_specs
+
+    given = {
+        "mass": mass,
+        "balance": balance,
+        "swingweight": swingweight,
+        "twistweight": twistweight,
+        "head": head,
+        "ra": ra,
+        "frequency": frequency,
+        "length": length,
+    }
+    if table is not None:
+        numbers = [key for key, value in given.items() if value is not None]
+        if name is not None or numbers or title:
+            got = name or title or f"--{numbers[0]}"
+            raise InputError("--table", got, "neither a NAME nor numbers beside a table")
+        _many(table, column or [], bed, out)
+        return
+    if name is None:
+        raise InputError("NAME", "nothing", "a racket's name, or --table FILE.csv")
+    if column:
+        raise InputError("--column", column[0], "together with --table")
+    racket = racket_from_specs(
+        name, **given, tension=tension, pattern=pattern, title=title, bed=bed
+    )
+    path = out if out.suffix in (".yaml", ".yml") else out / f"{name}.yaml"
+    with working("writing"):
+        _write([racket], [path])
+    _print_made(racket)
+    console = new_console()
+    shown = escape(str(path))
+    console.print(f"wrote {shown}")
+    console.print(f"[dim]next: drake-racket compare {shown} tour; drake-racket show {shown}[/]")
+
+
+def _many(table: Path, column: list[str], bed: str, out: Path) -> None:
+    from drake_racket.parameters.specs.table import rackets_from_table
+
+    if out.suffix in (".yaml", ".yml"):
+        raise InputError("--out", str(out), "a directory, for a table of rackets")
+    columns = {}
+    for text in column:
+        key, sign, header = text.partition("=")
+        if not sign or not header.strip():
+            raise InputError("--column", text, "a key and a column of the table: mass=Weight")
+        columns[key.strip()] = header.strip()
+    with working("reading"):
+        rackets = rackets_from_table(table, columns, bed)
+    paths = [out / f"{racket.name}.yaml" for racket in rackets]
+    with working("writing"):
+        _write(rackets, paths)
+    console = new_console()
+    for path in paths:
+        console.print(f"wrote {escape(str(path))}")
+    first = rackets[0]
+    for note in first.notes[:2]:
+        console.print(f"[dim]{escape(note)}[/]")
+
+
+def _write(rackets: list[RacketParameters], paths: list[Path]) -> None:
+    from drake_racket.parameters.written import write_racket
+
+    for path in paths:
+        check_directory(path.parent, "--out")
+        if path.exists() and not _own(path):
+            raise InputError("--out", str(path), "a file that is not there yet, or one of new's")
+    for racket, path in zip(rackets, paths, strict=True):
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_racket(racket, path, _BY)
+        except OSError as error:
+            raise directory_error(path.parent, error, "--out") from None
+
+
+def _own(path: Path) -> bool:
+    """Whether this command has written the file, so that it may be written again."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            return file.readline().startswith(f"# Written by {_BY}.")
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _print_made(racket: RacketParameters) -> None:
+    """What was given or filled in, what the racket has of it, and what it is good for."""
+    from drake_racket.parameters.specs.given import PRINTED, as_shops_print
+    from drake_racket.plant.properties import racket_properties
+
+    has = racket_properties(racket)
+    same = {
+        "mass": has.mass,
+        "balance": has.balance,
+        "swingweight": has.swingweight,
+        "twistweight": has.twistweight,
+        "frequency": has.out_of_plane_frequency,
+    }
+    console = new_console()
+    console.print(f"[bold]{escape(racket.title)}[/]")
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("number", "wanted", "the racket has", "sd", "status", "source"):
+        table.add_column(heading, no_wrap=heading != "source", overflow="fold")
+    for key, spec in racket.specs.items():
+        unit = PRINTED[key].unit if key in PRINTED else "1"
+        mark = "[yellow]" if spec.status == "inferred" else ""
+        table.add_row(
+            key.replace("_", " "),
+            as_shops_print(unit, spec.value),
+            as_shops_print(unit, same[key]) if key in same else "",
+            as_shops_print(unit, spec.sd) if spec.sd else "",
+            f"{mark}{spec.status}",
+            escape(spec.source),
+        )
+    console.print(table)
+    for note in racket.notes:
+        console.print(escape(note))
