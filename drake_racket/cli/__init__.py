@@ -11,7 +11,18 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from drake_racket.cli import animate, examples, identify, impact, new, plot, show, sweep, validate
+from drake_racket.cli import (
+    animate,
+    compare,
+    examples,
+    identify,
+    impact,
+    new,
+    plot,
+    show,
+    sweep,
+    validate,
+)
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped, one_line
 from drake_racket.io.interrupts import exit_status, terminable
 
@@ -23,6 +34,7 @@ app = typer.Typer(
 for command in (
     impact.impact,
     new.new,
+    compare.compare,
     plot.plot,
     animate.animate,
     sweep.sweep,

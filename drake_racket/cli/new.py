@@ -45,7 +45,7 @@ def new(
     pattern: Annotated[str | None, typer.Option(help="Mains x crosses: 16x19.")] = None,
     title: Annotated[str, typer.Option(help="What pictures and tables call it.")] = "",
     bed: Annotated[
-        str, typer.Option(help="tour or recreational: whose strings (the nearer head's).")
+        str, typer.Option(help="Whose strings: tour (if left out) or recreational.")
     ] = "",
     table: Annotated[
         Path | None, typer.Option(help="A CSV of many rackets, one a row, instead of a NAME.")

@@ -12,6 +12,7 @@ import numpy as np
 from drake_racket.io.errors import InputError
 from drake_racket.parameters.quantities import Quantity, Spread
 from drake_racket.parameters.racket import (
+    RACKETS,
     Landmarks,
     Part,
     RacketParameters,
@@ -26,7 +27,6 @@ from drake_racket.parameters.string_bed import StringBedParameters
 STRINGS = 0.0155  # kg, of a strung racket: what shops take for strings
 ASPECT = 4.0 / 3.0  # length over width of the rim
 RIM_EDGE = 0.011  # m, from the rim ellipse to the tip
-LARGE_HEAD = 105.0 * regressions.SQUARE_INCH  # m^2: from here on the recreational bed is nearer
 _PAPER = "mean of the two published rackets (Glynn et al. 2011, Table 1)"
 _AMBIGUOUS = "one of many splits with the same mass, balance and swingweight"
 WHOLE = (
@@ -67,7 +67,8 @@ def racket_from_specs(
         tension: `low`, `high`, or of stringing; that of the published racket if None.
         pattern: mains x crosses, `16x19`: scales the strings' mass with their length.
         title: what pictures and reports call the racket.
-        bed: `tour` or `recreational`, whose string-bed is taken; the nearer head if empty.
+        bed: `tour` or `recreational`, whose strings are taken; `tour` if empty, so that rackets
+            that are compared are strung alike.
 
     Raises:
         InputError: a number that is not possible, or numbers that do not fit together.
@@ -89,21 +90,21 @@ def racket_from_specs(
 
 def build(specs: Specs, where: str = "") -> RacketParameters:
     """Makes the racket of checked specs; raises InputError where they do not fit together."""
-    base = load_racket(specs.bed or _nearer_bed(specs["head"]), specs.tension)
+    base = load_racket(specs.bed or RACKETS[0], specs.tension)
     length = specs.get("length") or USUAL_LENGTH
     if specs["balance"] >= length:
         got, most = f"{1e2 * specs['balance']:.4g} cm", f"{1e2 * length:.4g} cm"
         raise InputError(f"{where}balance", got, f"less than the racket's length, {most}")
-    head_length = length - recipe.JOINT * length
+    head_length = length - recipe.USUAL.joint * length
     bed = _string_bed(base.string_bed, specs, head_length)
     racket = dataclasses.replace(
         base,
         name=specs.name,
         title=specs.title,
         string_bed=bed,
-        landmarks=_landmarks(base, recipe.JOINT * length),
+        landmarks=_landmarks(base, recipe.USUAL.joint * length),
         specs=_whole(specs, length, where),
-        notes=(WHOLE, HINGE, _bed_note(base, specs), *_second_opinion(specs)),
+        notes=(WHOLE, HINGE, _bed_note(base), *_second_opinion(specs)),
     )
     racket = with_specs(racket, {}, where)
     check_racket(racket, where.rstrip(", ") or specs.name)
@@ -111,7 +112,10 @@ def build(specs: Specs, where: str = "") -> RacketParameters:
 
 
 def with_specs(
-    racket: RacketParameters, changes: Mapping[str, float], where: str = ""
+    racket: RacketParameters,
+    changes: Mapping[str, float],
+    where: str = "",
+    proportions: recipe.Proportions = recipe.USUAL,
 ) -> RacketParameters:
     """Solves the frame of a racket's `specs` anew, some of them changed; its strings stay.
 
@@ -119,13 +123,14 @@ def with_specs(
 
     Args:
         racket: with `specs`.  changes: by name of the specs, SI.
+        proportions: of the two parts, instead of the usual ones.
 
     Raises:
         InputError: the numbers do not fit together.
 
     """
     value = {key: spread.value for key, spread in racket.specs.items()} | dict(changes)
-    bed, joint = racket.string_bed, recipe.JOINT * value["length"]
+    bed, joint = racket.string_bed, recipe.USUAL.joint * value["length"]
     places = bed.spacing.value * racket.bed_topology().places + [joint + bed.gsc.value, 0.0]
     whole = recipe.Whole(
         mass=value["mass"],
@@ -137,17 +142,13 @@ def with_specs(
         in_plane=value["frequency"] * value["in_over_out"],
     )
     strings = recipe.Strings(bed.mass.value, np.asarray(places))
-    found = recipe.split(whole, strings, bed.rim_semi_axis_y.value, where)
+    found = recipe.split(whole, strings, bed.rim_semi_axis_y.value, where, proportions)
     return dataclasses.replace(
         racket,
         handle=_part(found.handle, "handle"),
         head=_part(found.head, "head"),
         throat_joint=_joint(racket, found),
     )
-
-
-def _nearer_bed(area: float) -> str:
-    return "tour" if area < LARGE_HEAD else "recreational"
 
 
 def _quantity(value: float, unit: str, status: str, source: str) -> Quantity:
@@ -186,14 +187,14 @@ def _whole(specs: Specs, length: float, where: str) -> dict[str, Spread]:
 
 def _part(rigid: recipe.Rigid, name: str) -> Part:
     handle = name == "handle"
-    radius = recipe.HANDLE_RADIUS if handle else recipe.HEAD_RADIUS
-    joint = f"throat joint at {recipe.JOINT} of the length, {_PAPER}"
+    radius = recipe.USUAL.handle_radius if handle else recipe.USUAL.head_radius
+    joint = f"throat joint at {recipe.USUAL.joint} of the length, {_PAPER}"
     swing = f"root of the swingweight equation; {_AMBIGUOUS}"
     rest = f"what mass and strings leave beside the head; {_AMBIGUOUS}"
     com = (
         f"of the balance; {_AMBIGUOUS}"
         if handle
-        else f"{recipe.HEAD_COM} of the head's length, {_PAPER}"
+        else f"{recipe.USUAL.head_com} of the head's length, {_PAPER}"
     )
     roll = (
         f"radius of gyration {1e3 * recipe.HANDLE_ROLL_RADIUS:g} mm, {_PAPER}"
@@ -294,11 +295,10 @@ def _string_mass(specs: Specs, a: float, b: float) -> tuple[float, str]:
     return mass, text
 
 
-def _bed_note(base: RacketParameters, specs: Specs) -> str:
-    why = "chosen" if specs.bed else "the nearer in head area"
+def _bed_note(base: RacketParameters) -> str:
     return (
-        f"Springs, friction and damping are those of {base.title} ({why}): a shop prints nothing"
-        " that tells them."
+        f"Springs, friction and damping are those of {base.title}: a shop prints nothing that"
+        " tells them."
     )
 
 

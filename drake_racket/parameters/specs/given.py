@@ -63,7 +63,7 @@ class Specs:
         values: by name of `PRINTED`.
         tension: `low`, `high`, or in N.
         pattern: numbers of mains and crosses.
-        bed: the published racket whose string-bed is taken; empty for the nearer in head area.
+        bed: the published racket whose string-bed is taken; empty for the first.
 
     """
 

@@ -39,11 +39,31 @@ from drake_racket.io.errors import InputError
 from drake_racket.parameters.specs import regressions
 
 AXIS = 0.1016  # m from the butt, of the swingweight
-JOINT = 0.519  # of the length
-HEAD_COM = 0.505  # of the head's length
-HANDLE_RADIUS, HEAD_RADIUS = 0.350, 0.444  # of the part's length
 HANDLE_ROLL_RADIUS = 0.024  # m
 FITS = 4.0  # standard deviations, within which numbers fit together
+
+
+@dataclass(frozen=True)
+class Proportions:
+    """The proportions are what two parts have in common that a shop does not print.
+
+    Attributes:
+        joint: its place, of the racket's length.
+        head_com: of the head's length from the joint.
+        handle_radius, head_radius: transverse radii of gyration, of the part's length.
+
+    """
+
+    joint: float = 0.519
+    head_com: float = 0.505
+    handle_radius: float = 0.350
+    head_radius: float = 0.444
+
+
+USUAL = Proportions()
+RECREATIONAL = Proportions(joint=0.519, head_com=0.555, handle_radius=0.382, head_radius=0.453)
+"""Of one of the two published rackets (the joint's place kept): the mean is a spread away from it,
+and from the other (0.456, 0.319, 0.435)."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +113,13 @@ class Split:
     in_plane: float
 
 
-def split(whole: Whole, strings: Strings, half_width: float, where: str = "") -> Split:
+def split(
+    whole: Whole,
+    strings: Strings,
+    half_width: float,
+    where: str = "",
+    proportions: Proportions = USUAL,
+) -> Split:
     """Solves the recipe.
 
     Args:
@@ -104,20 +130,21 @@ def split(whole: Whole, strings: Strings, half_width: float, where: str = "") ->
         InputError: no two parts have these numbers; the message says which fit the others.
 
     """
-    joint = JOINT * whole.length
+    p = proportions
+    joint = p.joint * whole.length
     head_length = whole.length - joint
     frame = whole.mass - strings.mass
     first = whole.mass * whole.balance - strings.mass * float(strings.places[:, 0].mean())
     swing = whole.swingweight - strings.about(AXIS)
-    masses = _masses(whole, frame, first, swing, strings.about(AXIS), where)
+    masses = _masses(whole, frame, first, swing, strings.about(AXIS), where, p)
     handle_mass, head_mass, handle_com = masses
     roll = handle_mass * HANDLE_ROLL_RADIUS**2
-    transverse = handle_mass * (HANDLE_RADIUS * joint) ** 2
+    transverse = handle_mass * (p.handle_radius * joint) ** 2
     handle = Rigid(handle_mass, joint, handle_com, roll, transverse, transverse)
     along = whole.twistweight - roll - strings.mass * float(np.mean(strings.places[:, 1] ** 2))
     _check_twist(whole, along, head_mass, half_width, where)
-    across = head_mass * (HEAD_RADIUS * head_length) ** 2
-    com = HEAD_COM * head_length
+    across = head_mass * (p.head_radius * head_length) ** 2
+    com = p.head_com * head_length
     head = Rigid(head_mass, head_length, com, along, across, along + across)
     return Split(
         handle=handle,
@@ -128,13 +155,19 @@ def split(whole: Whole, strings: Strings, half_width: float, where: str = "") ->
 
 
 def _masses(
-    whole: Whole, frame: float, first: float, swing: float, strings: float, where: str
+    whole: Whole,
+    frame: float,
+    first: float,
+    swing: float,
+    strings: float,
+    where: str,
+    p: Proportions,
 ) -> tuple[float, float, float]:
     """Masses of handle and head, and the handle's centre of mass, of the swingweight equation."""
-    joint = JOINT * whole.length
-    lever = joint + HEAD_COM * (whole.length - joint) - AXIS
-    handle2 = (HANDLE_RADIUS * joint) ** 2
-    head2 = (HEAD_RADIUS * (whole.length - joint)) ** 2
+    joint = p.joint * whole.length
+    lever = joint + p.head_com * (whole.length - joint) - AXIS
+    handle2 = (p.handle_radius * joint) ** 2
+    head2 = (p.head_radius * (whole.length - joint)) ** 2
     moment = first - frame * AXIS
     roots = np.roots(
         [
