@@ -75,6 +75,7 @@ from .plant.compose import Impact as Impact
 from .plant.compose import add_contact as add_contact
 from .plant.compose import add_impact as add_impact
 from .plant.compose import connect_forces as connect_forces
+from .plant.customise import customised as customised
 from .plant.grip import Grip as Grip
 from .plant.grip import add_grip as add_grip
 from .plant.properties import SWINGWEIGHT_AXIS as SWINGWEIGHT_AXIS

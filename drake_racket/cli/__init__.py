@@ -11,18 +11,8 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from drake_racket.cli import (
-    animate,
-    compare,
-    examples,
-    identify,
-    impact,
-    new,
-    plot,
-    show,
-    sweep,
-    validate,
-)
+from drake_racket.cli import animate, examples, identify, impact, plot, show, sweep, validate
+from drake_racket.cli.rackets import compare, customise, new
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped, one_line
 from drake_racket.io.interrupts import exit_status, terminable
 
@@ -34,6 +24,7 @@ app = typer.Typer(
 for command in (
     impact.impact,
     new.new,
+    customise.customise,
     compare.compare,
     plot.plot,
     animate.animate,

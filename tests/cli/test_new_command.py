@@ -46,7 +46,7 @@ def test_new_writes_over_its_own_files_only(run, run_well, tmp_path):
     path.write_text("name: something of mine\n")
     status, out, err = run("new", "mine", *SHOP, "--out", str(path))
     assert (status, out) == (2, "")
-    assert "one of new's" in err
+    assert "one that new wrote" in err
     assert path.read_text() == "name: something of mine\n"
 
 

@@ -10,8 +10,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import new_console, working
+from drake_racket.cli.rackets.files import check_paths, is_file, write_rackets
 from drake_racket.io.errors import InputError
-from drake_racket.io.files import check_directory, directory_error
 
 if TYPE_CHECKING:
     from drake_racket.parameters.racket import RacketParameters
@@ -89,9 +89,9 @@ def new(
     racket = racket_from_specs(
         name, **given, tension=tension, pattern=pattern, title=title, bed=bed
     )
-    path = out if out.suffix in (".yaml", ".yml") else out / f"{name}.yaml"
-    with working("writing"):
-        _write([racket], [path])
+    path = out if is_file(out) else out / f"{name}.yaml"
+    check_paths([path], _BY)
+    write_rackets([racket], [path], _BY)
     _print_made(racket)
     console = new_console()
     shown = escape(str(path))
@@ -102,7 +102,7 @@ def new(
 def _many(table: Path, column: list[str], bed: str, out: Path) -> None:
     from drake_racket.parameters.specs.table import rackets_from_table
 
-    if out.suffix in (".yaml", ".yml"):
+    if is_file(out):
         raise InputError("--out", str(out), "a directory, for a table of rackets")
     columns = {}
     for text in column:
@@ -113,38 +113,15 @@ def _many(table: Path, column: list[str], bed: str, out: Path) -> None:
     with working("reading"):
         rackets = rackets_from_table(table, columns, bed)
     paths = [out / f"{racket.name}.yaml" for racket in rackets]
+    check_paths(paths, _BY)
     with working("writing"):
-        _write(rackets, paths)
+        write_rackets(rackets, paths, _BY)
     console = new_console()
     for path in paths:
         console.print(f"wrote {escape(str(path))}")
     first = rackets[0]
     for note in first.notes[:2]:
         console.print(f"[dim]{escape(note)}[/]")
-
-
-def _write(rackets: list[RacketParameters], paths: list[Path]) -> None:
-    from drake_racket.parameters.written import write_racket
-
-    for path in paths:
-        check_directory(path.parent, "--out")
-        if path.exists() and not _own(path):
-            raise InputError("--out", str(path), "a file that is not there yet, or one of new's")
-    for racket, path in zip(rackets, paths, strict=True):
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_racket(racket, path, _BY)
-        except OSError as error:
-            raise directory_error(path.parent, error, "--out") from None
-
-
-def _own(path: Path) -> bool:
-    """Whether this command has written the file, so that it may be written again."""
-    try:
-        with path.open(encoding="utf-8") as file:
-            return file.readline().startswith(f"# Written by {_BY}.")
-    except (OSError, UnicodeDecodeError):
-        return False
 
 
 def _print_made(racket: RacketParameters) -> None:

@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import ending_on_signals, new_console, showing
+from drake_racket.cli.rackets.files import stringing
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
 from drake_racket.io.progress import Progress
@@ -92,8 +93,7 @@ def _load(names: list[str], tension: str) -> list[RacketParameters]:
 
     if not 2 <= len(names) <= MOST:
         raise InputError("rackets", f"{len(names)} rackets", f"2 to {MOST}")
-    if tension not in ("low", "high"):
-        tension = f"{measure('--tension', tension, 'N', bare=''):.10g}"
+    tension = stringing(tension)
     loaded: list[RacketParameters] = []
     for name in names:
         racket = load_racket(name, tension if name in RACKETS else "low")
