@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from drake_racket.cli.case_options import BallFile, Settings, number, with_options
 from drake_racket.cli.console import new_console, working
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
@@ -26,23 +27,29 @@ def impact(
         str | None, typer.Option(help="tour, recreational, or a parameter file (YAML).")
     ] = None,
     tension: Annotated[
-        str | None, typer.Option(help="low, high, or a stringing tension in N.")
+        str | None, typer.Option(help="low, high, or of stringing: 280 (N), 25kg, 55lb.")
     ] = None,
     point: Annotated[
         str | None, typer.Option(help="String-bed point 1-9, or auto (nearest at touch).")
     ] = None,
-    speed: Annotated[float | None, typer.Option(help="Speed of the ball (m/s).")] = None,
+    speed: Annotated[
+        str | None, typer.Option(help="Speed of the ball: 30 (m/s), 67mph, 108km/h.")
+    ] = None,
     incidence: Annotated[
-        float | None, typer.Option(help="Incidence from the normal (degrees).")
+        str | None, typer.Option(help="Incidence from the normal: 17 (degrees), 0.3rad.")
     ] = None,
     azimuth: Annotated[
-        float | None,
+        str | None,
         typer.Option(help="Direction of the tangential part, from +x towards +y (degrees)."),
     ] = None,
     support: Annotated[
         str | None, typer.Option(help="free, clamped_head, clamped_handle, grip or limb.")
     ] = None,
-    after: Annotated[float | None, typer.Option(help="Time simulated from touch on (s).")] = None,
+    after: Annotated[
+        str | None, typer.Option(help="Time simulated from touch on: 0.02 (s), 20ms.")
+    ] = None,
+    ball: BallFile = None,
+    settings: Settings = None,
     out: Annotated[
         Path | None, typer.Option(help="Directory for the history (NetCDF, CSV) and the plot.")
     ] = None,
@@ -65,15 +72,15 @@ def impact(
         "racket": racket,
         "tension": tension,
         "point": point,
-        "speed": speed,
-        "incidence_deg": incidence,
-        "azimuth_deg": azimuth,
+        "speed": number("--speed", speed, "m/s"),
+        "incidence_deg": number("--incidence", incidence, "degrees"),
+        "azimuth_deg": number("--azimuth", azimuth, "degrees"),
         "support": support,
-        "after": after,
+        "after": number("--after", after, "s"),
     }
     scenario = Scenario() if scenario_file is None else load_scenario(scenario_file)
     changes: dict[str, Any] = {k: v for k, v in given.items() if v is not None}
-    case = resolve(dataclasses.replace(scenario, **changes))
+    case = resolve(with_options(dataclasses.replace(scenario, **changes), settings, ball))
     if out is None and formats is not None:
         raise InputError("--format", formats, "together with --out")
     suffixes = _history_formats(formats)

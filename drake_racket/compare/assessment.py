@@ -29,6 +29,7 @@ from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.compare.numbers import NINE
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Progress, Report
+from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS, RacketProperties, racket_properties
@@ -157,6 +158,7 @@ def assess(
     """
     swing = swing or Swing()
     bench = bench or Bench(usual_scenario(base))
+    racket = apply_overrides(racket, bench.base.overrides)
     offsets = aims(racket)
     steps = _Steps(progress, f"impacts on {racket.name}", 9 + len(offsets) + 2 * hand)
     values = static_numbers(racket)

@@ -26,6 +26,7 @@ from drake_racket.compare.assessment import (
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Progress, Report
 from drake_racket.parameters.added_mass import readded
+from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import RACKETS, RacketParameters, load_racket
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.parameters.specs.build import with_specs
@@ -74,10 +75,13 @@ def assess_with_spread(
         done += 1
         return assess(one, swing=swing, bench=bench, progress=part, hand=hand)
 
+    def overridden(one: RacketParameters) -> RacketParameters:
+        return apply_overrides(one, bench.base.overrides)
+
     nominal = assessed(racket)
     parts: dict[str, dict[str, float]] = {}
     for name, other, dynamic in others:
-        found = assessed(other).values if dynamic else static_numbers(other)
+        found = assessed(other).values if dynamic else static_numbers(overridden(other))
         parts[name] = {key: found[key] - nominal.values[key] for key in found}
     sd = {
         key: float(np.sqrt(sum(part.get(key, 0.0) ** 2 for part in parts.values())))

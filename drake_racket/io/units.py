@@ -195,7 +195,7 @@ def converted_to(number: float, given: str, unit: str) -> float | None:
         factor = _FACTORS.get(unit, {}).get(spelling)
         if factor is not None:
             return number * factor
-    if can_convert(plain, own):
+    if plain in _MULTIPLES.get(own, {}):
         return float(convert(np.array([number]), plain, own)[0])
     return None
 

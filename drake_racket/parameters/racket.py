@@ -17,9 +17,10 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.numbers import FrozenDict, finite_number
+from drake_racket.io.numbers import FrozenDict
 from drake_racket.io.schema import Number, Schema, Text, read, shown
 from drake_racket.io.shipped import data_directory
+from drake_racket.io.units import measure
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.laws.bed import BedTopology, grid_topology
 from drake_racket.parameters.frame import BENDING_AXES, FrameJoint
@@ -206,9 +207,10 @@ def load_racket(
 
     Args:
         racket: `tour`, `recreational`, or the path of a parameter file (ending in .yaml or .yml).
-        tension: `low`, `high`, or a stringing tension in N. A number takes T0 and the friction
-            coefficients from the line through the two published tensions of that racket. A file
-            has one string-bed and takes its own tension: leave it at `low`.
+        tension: `low`, `high`, or a stringing tension in N (as text in any unit of one: `55lb`).
+            A number takes T0 and the friction coefficients from the line through the two published
+            tensions of that racket. A file has one string-bed and takes its own tension: leave it
+            at `low`.
         joint_reading: overrides the file's reading of the joint labels.
 
     Raises:
@@ -238,9 +240,8 @@ def load_racket(
 def _at_tension(racket: str, tension: str | float) -> RacketParameters:
     allowed = f"{', '.join(TENSIONS)} or a stringing tension in N between 150 and 450"
     try:
-        number = float(tension) if isinstance(tension, str) else tension
-        newton = finite_number("tension", number, allowed)
-    except ValueError:
+        newton = measure("tension", tension, "N", bare="")
+    except InputError:
         raise InputError("tension", tension, allowed) from None
     if not 150.0 <= newton <= 450.0:
         raise InputError("tension", tension, allowed)

@@ -35,6 +35,33 @@ COUPLE_WARNING = 1e-3  # of the initial kinetic energy
 ENERGY_WARNING = 1e-3
 
 
+RESULT_UNITS = {
+    "approach_velocity": "m/s",
+    "rebound_velocity": "m/s",
+    "apparent_restitution": "1",
+    "aim_velocity": "m/s",
+    "rebound_angle": "rad",
+    "contact_time": "s",
+    "touch_time": "s",
+    "peak_normal_force": "N",
+    "peak_string_deflection": "m",
+    "impulse": "N*s",
+    "normal_approach_speed": "m/s",
+    "kb": "N/m",
+    "cb": "N*s/m",
+    "racket_velocity": "m/s",
+    "racket_angular_velocity": "rad/s",
+    "peak_in_plane_angle": "rad",
+    "peak_out_of_plane_angle": "rad",
+    "peak_handle_acceleration": "m/s^2",
+    "energy_error": "1",
+    "momentum_error": "1",
+    "angular_momentum_error": "1",
+    "balance": "J",
+}
+"""Unit of what a result holds; the scenario's are in its own keys' units."""
+
+
 @dataclass(frozen=True, repr=False)
 class ImpactResult:
     """The result is one impact in numbers, in the racket's initial frame R; SI units, radians.
@@ -112,14 +139,15 @@ class ImpactResult:
         return f"ImpactResult(point {self.point}, rebound {speed:.2f} m/s)"
 
     def to_json(self) -> dict[str, Any]:
-        """Gives everything but the history, as JSON's own types."""
+        """Gives everything but the history, as JSON's own types, with the units (`units`)."""
         skipped = ("history", "scenario")
         values = {
             f.name: _plain(getattr(self, f.name))
             for f in dataclasses.fields(self)
             if f.name not in skipped
         }
-        return values | {"scenario": dataclasses.asdict(self.scenario)}
+        units = {name: unit for name, unit in RESULT_UNITS.items() if name in values}
+        return values | {"scenario": dataclasses.asdict(self.scenario), "units": units}
 
 
 def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactResult:

@@ -47,7 +47,7 @@ VECTORS = (
     "racket_angular_velocity",
 )
 COUNTS = ("point", "touches", "steps", "evaluations")
-OTHERS = ("balance", "warnings", "scenario")
+OTHERS = ("balance", "warnings", "scenario", "units")
 
 
 @pytest.fixture
@@ -83,6 +83,8 @@ def test_json_is_one_object_with_every_key(run_well):
     value, end = json.JSONDecoder().raw_decode(out)
     assert out[end:] == "\n"  # one object, and nothing else
     assert set(value) == {*NUMBERS, *VECTORS, *COUNTS, *OTHERS}
+    assert set(value["units"]) == {*NUMBERS, *VECTORS, "balance"}
+    assert value["units"]["rebound_angle"] == "rad"
     for key in NUMBERS:
         assert isinstance(value[key], float), key
         assert math.isfinite(value[key]), key

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from drake_racket.cli.case_options import BallFile, Settings, with_options
 from drake_racket.cli.console import ending_on_signals, new_console, showing
 from drake_racket.cli.rackets.files import stringing
 from drake_racket.io.errors import InputError
@@ -36,7 +36,8 @@ def compare(
     ] = "27",
     pivot: Annotated[str, typer.Option(help="From that axis to the butt: 20cm, 0.2 (m).")] = "20cm",
     ball_speed: Annotated[str, typer.Option(help="Of the ball that it meets (m/s): 10.")] = "10",
-    ball: Annotated[str | None, typer.Option(help="A ball's file (YAML).")] = None,
+    ball: BallFile = None,
+    settings: Settings = None,
     out: Annotated[
         Path | None, typer.Option(help="Directory for the page (Markdown, HTML), table, figures.")
     ] = None,
@@ -55,9 +56,7 @@ def compare(
     from drake_racket.parameters.scenario import Scenario
 
     base = Scenario(speed=measure("--speed", speed, "m/s", bare=""))
-    if ball is not None:
-        base = dataclasses.replace(base, ball=ball)
-    base = resolve(base, "options").scenario
+    base = resolve(with_options(base, settings, ball), "options").scenario
     wanted = Swing(
         measure("--swing", swing, "rad/s", bare=""),
         measure("--pivot", pivot, "m", bare=""),

@@ -11,6 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from drake_racket.cli.case_options import BallFile, Settings, with_options
 from drake_racket.cli.console import ending_on_signals, new_console, showing
 from drake_racket.cli.rackets.files import check_paths, is_file, stringing, write_rackets
 from drake_racket.io.errors import InputError
@@ -20,6 +21,7 @@ from drake_racket.io.units import measure
 if TYPE_CHECKING:
     from drake_racket.compare.assessment import Assessment
     from drake_racket.parameters.racket import AddedMass, RacketParameters
+    from drake_racket.parameters.scenario import Scenario
 
 _BY = "drake-racket customise"
 
@@ -43,7 +45,8 @@ def customise(
     ] = "low",
     name: Annotated[str | None, typer.Option(help="Of the new racket.")] = None,
     title: Annotated[str | None, typer.Option(help="Of the new racket.")] = None,
-    ball: Annotated[str | None, typer.Option(help="A ball's file (YAML).")] = None,
+    ball: BallFile = None,
+    settings: Settings = None,
     out: Annotated[
         Path, typer.Option(help="The new file (.yaml), or the directory that it goes to.")
     ] = Path(),
@@ -58,9 +61,12 @@ def customise(
 
     Masses for targets are the least that do. Impacts before and after take about 10 s.
     """
+    from drake_racket.cases.case import resolve
     from drake_racket.parameters.racket import load_racket
+    from drake_racket.parameters.scenario import Scenario
     from drake_racket.plant.customise import PLACES, customised
 
+    base = resolve(with_options(Scenario(), settings, ball), "options").scenario
     before = load_racket(racket, stringing(tension))
     given = {
         "mass": target_mass,
@@ -82,7 +88,7 @@ def customise(
     if not as_json:
         _show_masses(added)
     both = [before, after]
-    values = [_static(r) for r in both] if static else _assess(both, ball, quiet=as_json)
+    values = [_static(r) for r in both] if static else _assess(both, base, quiet=as_json)
     write_rackets([after], [path], _BY)
     if as_json:
         print(json.dumps(_object(added, values, path), allow_nan=False))
@@ -144,13 +150,10 @@ def _static(racket: RacketParameters) -> dict[str, float]:
 
 
 def _assess(
-    rackets: list[RacketParameters], ball: str | None, *, quiet: bool
+    rackets: list[RacketParameters], base: Scenario, *, quiet: bool
 ) -> list[dict[str, float]]:
-    from drake_racket.cases.case import resolve
     from drake_racket.compare.assessment import assess
-    from drake_racket.parameters.scenario import Scenario
 
-    base = resolve(Scenario() if ball is None else Scenario(ball=ball), "options").scenario
     with ending_on_signals("nothing was written"), showing(_text, quiet=quiet) as report:
         found: list[Assessment] = [assess(r, base=base, progress=report) for r in rackets]
     return [dict(one.values) for one in found]
