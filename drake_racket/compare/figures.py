@@ -9,24 +9,13 @@ import numpy as np
 
 from drake_racket.compare.numbers import BY_NAME, NINE
 from drake_racket.compare.spread import Assessed
-from drake_racket.plots.style import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    draw_outline,
-    new_figure,
-    tidy,
-)
+from drake_racket.plots.style import CYCLE, draw_outline, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 MARKS = ("o", "s", "D", "^", "v", "P")
-MOST = len(COLOURS)
+MOST = len(CYCLE)
 """Rackets in one comparison."""
 
 _BARS = (
@@ -95,7 +84,7 @@ def axis_figure(rackets: Sequence[Assessed]) -> Figure:
     cell = 0.5e3 * rackets[0].racket.string_bed.spacing.value
     figure = new_figure(9.6, 4.6)
     restitution, speed = figure.subplots(1, 2)
-    for colour, mark, found in zip(COLOURS, MARKS, rackets, strict=False):
+    for colour, mark, found in zip(CYCLE, MARKS, rackets, strict=False):
         x = 1e3 * found.nominal.offsets
         style: dict[str, Any] = {"color": colour, "marker": mark, "ms": 4}
         restitution.plot(x, found.nominal.restitution, label=found.racket.title, **style)
@@ -138,7 +127,7 @@ def hand_figure(rackets: Sequence[Assessed]) -> Figure:
         values = [number.factor * a.nominal.values[name] for a in rackets]
         errors = [number.factor * a.sd[name] for a in rackets]
         for row, value, error, colour, mark in zip(
-            rows, values, errors, COLOURS, MARKS, strict=False
+            rows, values, errors, CYCLE, MARKS, strict=False
         ):
             axes.errorbar(
                 value, row, xerr=error or None, color=colour, marker=mark, ms=6, capsize=3

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 # Okabe & Ito's palette: told apart by colour-blind readers and, by lightness, in print
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY, GREY = "#E69F00", "#56B4E9", "0.45"
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+"""Colours of what is compared, in order."""
 RACKET_COLOURS = {"tour": BLUE, "recreational": VERMILION}
 BED_STYLES = {
     ("tour", "low"): (BLUE, "-"),
