@@ -27,16 +27,9 @@ from pydrake.math import RigidTransform, RotationMatrix
 from drake_racket.animation import page
 from drake_racket.animation.camera import FIELD_OF_VIEW, place_camera
 from drake_racket.animation.limb_shape import limb_parts
-from drake_racket.animation.outline import (
-    GRIP_HALF_THICKNESS,
-    TUBE_RADIUS,
-    racket_outline,
-    spring_ends,
-    string_points,
-    tube,
-)
+from drake_racket.animation.outline import racket_outline, spring_ends, string_points, tube
 from drake_racket.animation.scene import Pose, Scene
-from drake_racket.plots.style import GRIP_HALF_WIDTH
+from drake_racket.plant.shapes import GRIP_HALF_THICKNESS, GRIP_HALF_WIDTH, TUBE_RADIUS
 
 _POINT_RADIUS = 0.004  # m, drawn only
 _STRING_HALF_WIDTH = 0.0007  # m, drawn only
