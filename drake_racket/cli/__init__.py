@@ -17,7 +17,6 @@ from drake_racket.io.errors import InputError, SimulationError, WorkStopped, one
 from drake_racket.io.interrupts import exit_status, terminable
 
 app = typer.Typer(
-    add_completion=False,
     pretty_exceptions_enable=False,
     help="Tennis racket and ball impacts, after Glynn, King & Mitchell (2011).",
 )

@@ -64,9 +64,10 @@ def impact(
     ] = False,
 ) -> None:
     """Simulates one impact. Options override the scenario file."""
-    from drake_racket.cases.case import load_scenario, resolve
-    from drake_racket.parameters.scenario import Scenario
-    from drake_racket.simulation import simulate
+    with working("loading"):
+        from drake_racket.cases.case import load_scenario, resolve
+        from drake_racket.parameters.scenario import Scenario
+        from drake_racket.simulation import simulate
 
     given = {
         "racket": racket,

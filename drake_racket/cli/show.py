@@ -8,7 +8,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from drake_racket.cli.console import new_console
+from drake_racket.cli.console import new_console, working
 
 if TYPE_CHECKING:
     from drake_racket.parameters.quantities import Assignment, Choice, Quantities, Quantity
@@ -29,18 +29,20 @@ def show(
     """Prints a racket's parameters with their sources, and what follows from them."""
     import json
 
-    from drake_racket.parameters.ball import load_ball
-    from drake_racket.parameters.quantities import sourced_fields
-    from drake_racket.parameters.racket import load_racket
-    from drake_racket.plant.properties import racket_properties
+    with working("reading"):
+        from drake_racket.parameters.ball import load_ball
+        from drake_racket.parameters.quantities import sourced_fields
+        from drake_racket.parameters.racket import load_racket
+        from drake_racket.plant.properties import racket_properties
 
-    parameters = load_racket(racket, tension, joint_reading=joint_reading)
+        parameters = load_racket(racket, tension, joint_reading=joint_reading)
+        properties = racket_properties(parameters)
     if as_json:
-        print(json.dumps(_object(parameters, racket_properties(parameters)), allow_nan=False))
+        print(json.dumps(_object(parameters, properties), allow_nan=False))
         return
     console = new_console()
     console.print(f"[bold]{escape(parameters.title)}[/]")
-    console.print(_properties_table(racket_properties(parameters)))
+    console.print(_properties_table(properties))
     console.print(_parameter_table(parameters))
     console.print("[bold]Ball[/]")
     ball = load_ball()

@@ -86,9 +86,10 @@ def new(
         raise InputError("NAME", "nothing", "a racket's name, or --table FILE.csv")
     if column:
         raise InputError("--column", column[0], "together with --table")
-    racket = racket_from_specs(
-        name, **given, tension=tension, pattern=pattern, title=title, bed=bed
-    )
+    with working("solving"):
+        racket = racket_from_specs(
+            name, **given, tension=tension, pattern=pattern, title=title, bed=bed
+        )
     path = out if is_file(out) else out / f"{name}.yaml"
     check_paths([path], _BY)
     write_rackets([racket], [path], _BY)
