@@ -11,11 +11,11 @@ from pydrake.systems.framework import Context
 
 from drake_racket.cases.case import Case
 from drake_racket.cases.diagram import ImpactDiagram
-from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.extract import Model, Wiring, extract, numbers_of
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.observe import NODE_ROW
+from drake_racket.engines.compiled.extract.model import Model, Wiring, extract, numbers_of
 from drake_racket.engines.compiled.integrate import FULL, NOT_FINITE, STUCK
 from drake_racket.engines.compiled.kernel import run_case, see_contact, see_motion
-from drake_racket.engines.compiled.observe import NODE_ROW
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
 from drake_racket.engines.trajectory import Motion, Trajectory
 from drake_racket.io.errors import InputError, SimulationError

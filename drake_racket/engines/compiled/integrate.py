@@ -1,8 +1,7 @@
 """Integrates one case of a model in time, with touch, release and leaving as located events.
 
-The phases are those of `laws.phases`, on records like a BallContact's. Events lie inside a step: it
-is taken again with the length that ends at the event, found by regula falsi on the gap or on the
-normal force.
+Events lie inside a step: it is taken again with the length that ends at the event, found by regula
+falsi on the gap or on the normal force.
 """
 
 from __future__ import annotations
@@ -12,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.forces import relative
-from drake_racket.engines.compiled.friction import friction_at, linearise, solve_sliding
-from drake_racket.engines.compiled.rates import move, rates
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.events import dips, pass_event, update, watched
+from drake_racket.engines.compiled.dynamics.friction import friction_at, linearise, solve_sliding
+from drake_racket.engines.compiled.dynamics.rates import move, rates
 from drake_racket.engines.compiled.steps import (
     ARK_B,
     ARK_C,
@@ -26,108 +25,19 @@ from drake_racket.engines.compiled.steps import (
     DP_A,
     DP_ERROR,
     add_columns,
+    along,
     combine,
     damped_error_of,
     error_of,
-    along,
 )
 from drake_racket.laws.compilation import compilable
-from drake_racket.laws.contact import CONTACT, FREE, PASSED, contact_law
-from drake_racket.laws.phases import (
-    BY_DISPLACEMENT,
-    CONSTANTS,
-    PHASE,
-    POINT,
-    nearest_point,
-    next_phase,
-    release,
-    touch,
-)
+from drake_racket.laws.contact import CONTACT, FREE, PASSED
+from drake_racket.laws.phases import BY_DISPLACEMENT, CONSTANTS, PHASE
 
 FINISHED, FULL, STUCK, NOT_FINITE = range(4)
 """How a run ended: at its end; out of room for samples; with steps too short; with NaN."""
 
 SHORTEST = 1e-13  # s, below which a step is not shortened any more
-
-
-@compilable
-def look(model: Any, i: int, records: Any, w: Any, leaves: Any, choose: bool) -> Any:
-    """Looks at contact i: point in contact or to be hit, p and v of the ball about its mass."""
-    c, n = model[4][i], model[12][i]
-    first, count, ball = c[at.LEAF_0], c[at.POINTS], c[at.BALL]
-    head = model[1][first, 0]
-    point = int(records[i, POINT])
-    if choose:
-        point = int(n[at.CHOICES])
-        if point == 0:
-            middle = c[at.MIDDLE]
-            grid = model[13][c[at.GRID_0] : c[at.GRID_0] + count]
-            p, _, _ = relative(n, ball, head, w, leaves[first + middle - 1])
-            point = nearest_point(grid, grid[middle - 1, 0] + p[0], grid[middle - 1, 1] + p[1])
-    p, v, _ = relative(n, ball, head, w, leaves[first + point - 1])
-    return point, p, v
-
-
-@compilable
-def _within_rim(model: Any, i: int, point: int, p: Any) -> bool:
-    c, n = model[4][i], model[12][i]
-    row = c[at.GRID_0] + point - 1
-    x, y = model[13][row, 0] + p[0], model[13][row, 1] + p[1]
-    return (x / n[at.RIM]) ** 2 + (y / n[at.RIM + 1]) ** 2 < 1.0
-
-
-@compilable
-def watched(model: Any, i: int, records: Any, w: Any, leaves: Any) -> Any:
-    """What is zero at the next event of contact i: raw normal force in contact, else the gap."""
-    if records[i, PHASE] == CONTACT:
-        _, p, v = look(model, i, records, w, leaves, False)
-        return contact_law(p, v, records[i, CONSTANTS])[3], 0.0
-    _, p, v = look(model, i, records, w, leaves, True)
-    return p[2], v[2]
-
-
-@compilable
-def update(model: Any, i: int, time: float, records: Any, w: Any, leaves: Any) -> bool:
-    """Takes contact i to the phase that the present state asks for; tells whether it changed."""
-    record, n = records[i], model[12][i]
-    phase = record[PHASE]
-    if phase == CONTACT:
-        _, p, v = look(model, i, records, w, leaves, False)
-        raw = contact_law(p, v, record[CONSTANTS])[3]
-        coming = next_phase(phase, p[2], v[2], raw, True)
-        if coming != CONTACT:
-            release(record, p, time)
-        return coming != phase
-    point, p, v = look(model, i, records, w, leaves, True)
-    inside = phase == FREE and _within_rim(model, i, point, p)
-    coming = next_phase(phase, p[2], v[2], 0.0, inside)
-    if coming == CONTACT:
-        c, count = model[4][i], model[4][i, at.POINTS]
-        friction = model[13][c[at.GRID_0] : c[at.GRID_0] + count, 2]
-        ball = n[at.BALL_LAW : at.BALL_LAW + 6]
-        scales, choices = n[at.SCALES : at.SCALES + 2], n[at.CHOICES : at.CHOICES + 3]
-        touch(record, point, p, v, time, ball, friction, scales, choices)
-    else:
-        record[PHASE] = coming
-    return coming != phase
-
-
-@compilable
-def pass_event(i: int, time: float, records: Any, p: Any, v: Any, model: Any, point: int) -> None:
-    """Takes contact i through the event that was located, whatever the last digit says."""
-    record, n = records[i], model[12][i]
-    if record[PHASE] == CONTACT:
-        release(record, p, time)
-    elif record[PHASE] == PASSED:
-        record[PHASE] = FREE
-    elif v[2] < 0.0 and _within_rim(model, i, point, p):
-        c, count = model[4][i], model[4][i, at.POINTS]
-        friction = model[13][c[at.GRID_0] : c[at.GRID_0] + count, 2]
-        ball = n[at.BALL_LAW : at.BALL_LAW + 6]
-        scales, choices = n[at.SCALES : at.SCALES + 2], n[at.CHOICES : at.CHOICES + 3]
-        touch(record, point, p, v, time, ball, friction, scales, choices)
-    else:
-        record[PHASE] = PASSED
 
 
 @compilable
@@ -188,7 +98,15 @@ def _additive(
 
 @compilable
 def take(
-    ints: Any, floats: Any, model: Any, y: Any, h: float, records: Any, stiff: bool, s: Any, new: Any
+    ints: Any,
+    floats: Any,
+    model: Any,
+    y: Any,
+    h: float,
+    records: Any,
+    stiff: bool,
+    s: Any,
+    new: Any,
 ) -> None:
     """Takes one step from y into `new`; leaves the motion there in the work rows."""
     if stiff:
@@ -221,7 +139,7 @@ def _locate(
         middle = (low * at_high - high * at_low) / (at_high - at_low)
         take(ints, floats, model, y, middle, records, stiff, s, new)
         taken += 1
-        value, rate = watched(model, i, records, s[1], s[2])
+        value, _ = watched(model, i, records, s[1], s[2])
         if abs(value) <= 1e-14 * scale or high - low < SHORTEST:
             break
         if (value > 0.0) == (at_high > 0.0):
@@ -235,21 +153,6 @@ def _locate(
                 at_high *= 0.5
             side = -1
     return middle, taken
-
-
-@compilable
-def _dips(before: Any, slope: Any, after: Any, slope_after: Any, h: float) -> bool:
-    """Tells whether a gap that is open at both ends of a step may have closed between them."""
-    if before <= 0.0 or after <= 0.0 or slope >= 0.0 or slope_after <= 0.0:
-        return False
-    # the two tangents meet below the curve, which bends upwards
-    time = (after - before - slope_after * h) / (slope - slope_after)
-    return before + slope * time < 0.0
-
-
-def new_work(ints: Any, size: int) -> tuple[Any, ...]:
-    """Gives the work arrays of one run; `size` is the length of the state."""
-    return _new_work(ints, size)
 
 
 @compilable
@@ -357,8 +260,19 @@ def integrate(
                 c = records[which, CONSTANTS]
                 _, _, g00, g01, g11 = friction_at(s[9][6, 0], s[9][6, 1], law[4] + part * law[5], c)
                 size_of_error = damped_error_of(
-                    part, k, ARK_ERROR, scale, ints[at.POSITIONS], rows, columns, inner,
-                    g00, g01, g11, ARK_GAMMA, s[10],
+                    part,
+                    k,
+                    ARK_ERROR,
+                    scale,
+                    ints[at.POSITIONS],
+                    rows,
+                    columns,
+                    inner,
+                    g00,
+                    g01,
+                    g11,
+                    ARK_GAMMA,
+                    s[10],
                 )
             else:
                 size_of_error = error_of(part, k, DP_ERROR, 7, scale)
@@ -380,7 +294,7 @@ def integrate(
             for i in range(contacts):
                 gaps[1, i], slopes[1, i] = watched(model, i, records, w, leaves)
                 if records[i, PHASE] == FREE and part > 1e-9:
-                    dipped = dipped or _dips(
+                    dipped = dipped or dips(
                         gaps[0, i], slopes[0, i], gaps[1, i], slopes[1, i], part
                     )
             if dipped:
@@ -392,10 +306,7 @@ def integrate(
         event, first = -1, part
         for i in range(contacts):
             phase, before, after = records[i, PHASE], gaps[0, i], gaps[1, i]
-            if phase == PASSED:
-                happens = before < 0.0 <= after
-            else:
-                happens = before > 0.0 >= after
+            happens = before < 0.0 <= after if phase == PASSED else before > 0.0 >= after
             if happens:
                 length, tries = _locate(
                     ints, floats, model, y, part, records, stiff, s, new, i, before, after
@@ -413,8 +324,7 @@ def integrate(
         fresh = False
         slid = part if stiff and event < 0 else 0.0
         if event >= 0:
-            point, p, v = look(model, event, records, w, leaves, records[event, PHASE] != CONTACT)
-            pass_event(event, time, records, p, v, model, point)
+            pass_event(model, event, time, records, w, leaves)
             if controlled:
                 h = min(h, 2e-5)
         elif not stiff:

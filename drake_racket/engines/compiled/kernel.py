@@ -8,21 +8,22 @@ from __future__ import annotations
 
 from typing import Any
 
-from drake_racket.engines.compiled import (
+from drake_racket.engines.compiled import integrate, steps
+from drake_racket.engines.compiled.dynamics import (
+    events,
     forces,
     friction,
-    integrate,
     layout,
     motion,
     observe,
     rates,
     solve,
-    steps,
 )
 from drake_racket.laws import contact, limits, phases, strings, totals
 from drake_racket.laws.compilation import compiled, sources_stamp
 
 _SOURCES = (
+    events,
     forces,
     friction,
     integrate,

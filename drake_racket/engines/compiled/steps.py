@@ -24,9 +24,7 @@ DP_A = np.array(
         (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
     )
 )
-DP_ERROR = np.array(
-    (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
-)
+DP_ERROR = np.array((71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40))
 ARK_E = np.array(
     (
         (0.0, 0.0, 0.0, 0.0, 0.0),
@@ -128,8 +126,19 @@ def add_columns(v: Any, columns: Any, g0: float, g1: float) -> None:
 
 @compilable
 def damped_error_of(
-    h: float, k: Any, weights: Any, scale: Any, start: int, rows: Any, columns: Any, inner: Any,
-    a: float, b: float, d: float, gamma: float, e: Any,
+    h: float,
+    k: Any,
+    weights: Any,
+    scale: Any,
+    start: int,
+    rows: Any,
+    columns: Any,
+    inner: Any,
+    a: float,
+    b: float,
+    d: float,
+    gamma: float,
+    e: Any,
 ) -> float:
     """Gives `error_of` of an additive step, with what friction damps at once taken off.
 
@@ -148,8 +157,14 @@ def damped_error_of(
     nv = rows.shape[1]
     v = e[start : start + nv]
     g = h * gamma
-    m00, m01 = 1.0 - g * (inner[0, 0] * a + inner[0, 1] * b), -g * (inner[0, 0] * b + inner[0, 1] * d)
-    m10, m11 = -g * (inner[1, 0] * a + inner[1, 1] * b), 1.0 - g * (inner[1, 0] * b + inner[1, 1] * d)
+    m00, m01 = (
+        1.0 - g * (inner[0, 0] * a + inner[0, 1] * b),
+        -g * (inner[0, 0] * b + inner[0, 1] * d),
+    )
+    m10, m11 = (
+        -g * (inner[1, 0] * a + inner[1, 1] * b),
+        1.0 - g * (inner[1, 0] * b + inner[1, 1] * d),
+    )
     determinant = m00 * m11 - m01 * m10
     for _ in range(2):
         s0, s1 = along(rows, v)

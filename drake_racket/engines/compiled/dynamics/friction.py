@@ -1,25 +1,25 @@
 """Splits friction off the equations of motion, to be taken implicitly by `steps`.
 
-Where friction is smoothed over a small sliding speed it is stiff, but only in two directions. Over a
-step from t_n on, its part of v' is near
+Where friction is smoothed over a small sliding speed it is stiff, but only in two directions. Over
+a step from t_n on, its part of v' is near
 
     U phi(w, N),    w = V v + d (t - t_n),    N = N_n + N' (t - t_n)
 
 with the rows V (2, nv) that give the sliding velocity of a velocity v, the columns U that give v'
-under a unit of friction, phi the law (`laws.contact`), and the rates d and N' at t_n, all frozen over
-the step. An additive Runge-Kutta method keeps its order whatever is split off; the better it is, the
-less stiff is the rest. A stage is then two equations for w.
+under a unit of friction, phi the law (`laws.contact`), and the rates d and N' at t_n, all frozen
+over the step. An additive Runge-Kutta method keeps its order whatever is split off; the better that
+is, the less stiff is the rest. A stage is then two equations for w.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.forces import back, ball_motion, relative
-from drake_racket.engines.compiled.layout import ACC, OWN, POS, SUB, VEL
-from drake_racket.engines.compiled.motion import cross
-from drake_racket.engines.compiled.solve import solve_free
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.forces import back, ball_motion, relative
+from drake_racket.engines.compiled.dynamics.layout import ACC, OWN, POS, SUB, VEL
+from drake_racket.engines.compiled.dynamics.motion import cross
+from drake_racket.engines.compiled.dynamics.solve import solve_free
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import contact_partials
 from drake_racket.laws.phases import AT_BALL, CB, KB, POINT
@@ -172,8 +172,7 @@ def linearise(
     Args:
         f: (nv,) v' there.
         columns, rows: (2, nv) U^T and V.
-        law: (8,) w_0 - V v, which is 0 but for rounding (2); d (2); N and N'; and E = V U by
-            `steps` (not here).
+        law: (9,) w_n (2); d (2); N and N'; the last three are not written.
 
     """
     ints, leaf_ints, numbers = model[0], model[1], model[8]

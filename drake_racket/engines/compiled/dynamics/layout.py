@@ -22,8 +22,8 @@ rotation. WELD: none, kept since its load is asked for. FREE_*: six, of a body f
 # ---- nodes, integers
 PARENT, CARRIER, KIND, AXIS, Q, V = range(6)
 NODE_INTS = 6
-"""PARENT: the node inboard, -1 for the world. CARRIER: the node that the axis moves with. AXIS: 0 to
-2, of F. Q, V: where its coordinates and velocities begin in q and in v."""
+"""PARENT: the node inboard, -1 for the world. CARRIER: the node that the axis moves with. AXIS: 0
+to 2, of F. Q, V: where its coordinates and velocities begin in q and in v."""
 
 # ---- nodes, floats
 R_PF, P_PF, MASS, COM, MOMENTS, PITCH, DAMPING, SPRING, NOMINAL, ROTOR, WEIGHT = (
@@ -71,8 +71,8 @@ LEAF_PLACE, LEAF_AXIS, LEAF_MASS, LEAF_WEIGHT, LEAF_DAMPING = 0, 3, 6, 7, 8
 LEAF_FLOATS = 9
 PUSH, PULL, DRAG, RATE = 9, 12, 13, 16
 LEAF_WORK = 17
-"""Place (3) and axis (3) in the world, velocity (3), outside force (3), force along the axis, what the
-motion at v' = 0 leaves of the outside force (3), and rate along the axis."""
+"""Place (3) and axis (3) in the world, velocity (3), outside force (3), force along the axis, what
+the motion at v' = 0 leaves of the outside force (3), and rate along the axis."""
 
 # ---- bushings
 BUSHING_INTS = 2  # nodes of A and of C
@@ -98,8 +98,8 @@ LIMIT_INTS, LIMIT_FLOATS = 2, 4
 LOSS_INTS, LOSS_FLOATS = 1, 1
 
 HEADER = 12
-"""Integers before the tables: numbers of nodes, leaves, bushings, springs, contacts, points, limits,
-frame losses, limb losses, positions, velocities; and the bushing of the grip, -1 without one."""
+"""Integers before the tables: numbers of nodes, leaves, bushings, springs, contacts, points,
+limits, frame losses, limb losses, positions, velocities; and the grip's bushing, or -1."""
 (
     NODES,
     LEAVES,

@@ -5,8 +5,8 @@ of the world, and every joint as a chain of single axes. A node of one axis S le
 
     U = I S,  D = S.U + rotor,  u = tau - S.p - U.c,    I - U U^T / D,    p + I c + U u / D
 
-(c the bias of its acceleration, p the bias force), a free node nothing, a weld all. A point mass m on
-a prismatic joint along n leaves m (1 - n n^T), and of its force what is across n.
+(c the bias of its acceleration, p the bias force), a free node nothing, a weld all. A point mass m
+on a prismatic joint along n leaves m (1 - n n^T), and of its force what is across n.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.layout import (
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.layout import (
     ACC,
     ART,
     BIAS,
@@ -24,7 +24,7 @@ from drake_racket.engines.compiled.layout import (
     SUB,
     VEL,
 )
-from drake_racket.engines.compiled.motion import cross
+from drake_racket.engines.compiled.dynamics.motion import cross
 from drake_racket.laws.compilation import compilable
 
 XX, XY, XZ, YY, YZ, ZZ = range(ART, ART + 6)
@@ -41,8 +41,18 @@ def inertia_times(a: Any, s0: Any, s1: Any, s2: Any, t0: Any, t1: Any, t2: Any) 
         a[XY] * s0 + a[YY] * s1 + a[YZ] * s2 + a[b + 3] * t0 + a[b + 4] * t1 + a[b + 5] * t2,
         a[XZ] * s0 + a[YZ] * s1 + a[ZZ] * s2 + a[b + 6] * t0 + a[b + 7] * t1 + a[b + 8] * t2,
         a[b] * s0 + a[b + 3] * s1 + a[b + 6] * s2 + a[c] * t0 + a[c + 1] * t1 + a[c + 2] * t2,
-        a[b + 1] * s0 + a[b + 4] * s1 + a[b + 7] * s2 + a[c + 1] * t0 + a[c + 3] * t1 + a[c + 4] * t2,
-        a[b + 2] * s0 + a[b + 5] * s1 + a[b + 8] * s2 + a[c + 2] * t0 + a[c + 4] * t1 + a[c + 5] * t2,
+        a[b + 1] * s0
+        + a[b + 4] * s1
+        + a[b + 7] * s2
+        + a[c + 1] * t0
+        + a[c + 3] * t1
+        + a[c + 4] * t2,
+        a[b + 2] * s0
+        + a[b + 5] * s1
+        + a[b + 8] * s2
+        + a[c + 2] * t0
+        + a[c + 4] * t1
+        + a[c + 5] * t2,
     )
 
 
@@ -116,7 +126,7 @@ def leaves_in(ints: Any, numbers: Any, w: Any, leaves: Any, tau: Any) -> None:
 
 @compilable
 def leaves_out(ints: Any, numbers: Any, w: Any, leaves: Any, vdot: Any) -> None:
-    """Writes the accelerations of the point masses along their axes, after the nodes have theirs."""
+    """Writes the accelerations of the point masses along their axes; the nodes have theirs."""
     for i in range(len(ints)):
         a, p, m = leaves[i], ints[i, at.PARENT], numbers[i, at.LEAF_MASS]
         n0, n1, n2 = a[3], a[4], a[5]
@@ -125,9 +135,7 @@ def leaves_out(ints: Any, numbers: Any, w: Any, leaves: Any, vdot: Any) -> None:
         if p >= 0:
             b = w[p]
             x0, x1, x2 = cross(b[ACC], b[ACC + 1], b[ACC + 2], a[0], a[1], a[2])
-            along -= (
-                n0 * (b[ACC + 3] + x0) + n1 * (b[ACC + 4] + x1) + n2 * (b[ACC + 5] + x2)
-            )
+            along -= n0 * (b[ACC + 3] + x0) + n1 * (b[ACC + 4] + x1) + n2 * (b[ACC + 5] + x2)
         vdot[ints[i, at.LEAF_V]] = along
 
 
@@ -289,7 +297,7 @@ def _free_out(a: Any, r: Any, tau: Any, v: int, vdot: Any) -> None:
 
 @compilable
 def nodes_out(ints: Any, numbers: Any, w: Any, tau: Any, vdot: Any) -> None:
-    """Goes from the world to the leaves: accelerations of all nodes, and rates of all velocities."""
+    """Goes from the world to the leaves: accelerations of all nodes, rates of all velocities."""
     for i in range(len(ints)):
         p, kind, a = ints[i, at.PARENT], ints[i, at.KIND], w[i]
         if kind >= at.FREE_QUATERNION:
@@ -312,4 +320,3 @@ def nodes_out(ints: Any, numbers: Any, w: Any, tau: Any, vdot: Any) -> None:
         vdot[ints[i, at.V]] = rate
         for k in range(6):
             a[ACC + k] += a[BIAS + k] + a[SUB + k] * rate
-

@@ -1,7 +1,7 @@
 """Computes the forces on a model's nodes and point masses: bushings, strings, limits, contacts.
 
-The laws are the package's own (`laws/`), compiled here from the same source; only Drake's bushing is
-written again, after the documentation of `LinearBushingRollPitchYaw`.
+The laws are the package's own (`laws/`), compiled here from the same source; only Drake's bushing
+is written again, after the documentation of `LinearBushingRollPitchYaw`.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.layout import FORCE, POS, VEL
-from drake_racket.engines.compiled.motion import cross
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.layout import FORCE, POS, VEL
+from drake_racket.engines.compiled.dynamics.motion import cross
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import contact_law
 from drake_racket.laws.limits import limit_torques
@@ -87,8 +87,17 @@ def frame_end(w: Any, i: int, n: Any, rotation: int, place: int, origin: Any) ->
     """Rotation (9), place (3) and velocity (6, about the fixed point) of a bushing's frame."""
     k = place
     if i < 0:
-        r = (n[rotation], n[rotation + 1], n[rotation + 2], n[rotation + 3], n[rotation + 4],
-             n[rotation + 5], n[rotation + 6], n[rotation + 7], n[rotation + 8])
+        r = (
+            n[rotation],
+            n[rotation + 1],
+            n[rotation + 2],
+            n[rotation + 3],
+            n[rotation + 4],
+            n[rotation + 5],
+            n[rotation + 6],
+            n[rotation + 7],
+            n[rotation + 8],
+        )
         p = (n[k] - origin[0], n[k + 1] - origin[1], n[k + 2] - origin[2])
         return r, p, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     a = w[i]
@@ -213,9 +222,8 @@ def bushing_force(n: Any, a: int, c: int, w: Any, origin: Any) -> Any:
     t0, t1, t2, power = _bushing_torque(n, r, rate)
     m0, m1, m2 = _turn(r_a, (t0, t1, t2))
     k, d = at.FORCE_K, at.FORCE_D
-    if n[k] == 0.0 and n[k + 1] == 0.0 and n[k + 2] == 0.0:
-        if n[d] == 0.0 and n[d + 1] == 0.0 and n[d + 2] == 0.0:
-            return m0, m1, m2, 0.0, 0.0, 0.0, power
+    if not (n[k] or n[k + 1] or n[k + 2] or n[d] or n[d + 1] or n[d + 2]):
+        return m0, m1, m2, 0.0, 0.0, 0.0, power
     half = _half(r)
     x = back(r_a, (p_c[0] - p_a[0], p_c[1] - p_a[1], p_c[2] - p_a[2]))
     x0, x1, x2 = cross(w_c[0], w_c[1], w_c[2], p_c[0], p_c[1], p_c[2])
@@ -306,8 +314,8 @@ def relative(n: Any, ball: int, head: int, w: Any, leaf: Any) -> Any:
 def contact_force(c: Any, n: Any, head: int, w: Any, leaves: Any, record: Any) -> Any:
     """Lets ball and string mass act on each other; law: `laws.contact`.
 
-    The normal force is kb x + cb x' also where that is negative: the stages of the step that ends at
-    the release may look past it.
+    The normal force is kb x + cb x' also where that is negative: the stages of the step that ends
+    at the release may look past it.
 
     Returns:
         p_SQ, v_SQ (3 each); force on the ball in the head's axes (3) and in the world (3);

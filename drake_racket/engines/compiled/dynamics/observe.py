@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.forces import back, bushing_force, frame_end
-from drake_racket.engines.compiled.integrate import look
-from drake_racket.engines.compiled.layout import ACC, FORCE, POS, VEL
-from drake_racket.engines.compiled.motion import cross
-from drake_racket.engines.compiled.rates import move, rates
-from drake_racket.engines.compiled.solve import inertia_times
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.events import look
+from drake_racket.engines.compiled.dynamics.forces import back, bushing_force, frame_end
+from drake_racket.engines.compiled.dynamics.layout import ACC, FORCE, POS, VEL
+from drake_racket.engines.compiled.dynamics.motion import cross
+from drake_racket.engines.compiled.dynamics.rates import move, rates
+from drake_racket.engines.compiled.dynamics.solve import inertia_times
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, contact_law
 from drake_racket.laws.phases import CONSTANTS, PHASE

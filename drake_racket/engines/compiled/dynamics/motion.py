@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.layout import (
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.layout import (
     ART,
     BIAS,
     FORCE,
@@ -326,4 +326,3 @@ def move_leaves(
         heavy = n[at.LEAF_WEIGHT]
         for k in range(3):
             a[at.PUSH + k] = heavy * gravity[k]
-

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drake_racket.engines.compiled import layout as at
-from drake_racket.engines.compiled.forces import (
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.forces import (
     back,
     bushing_forces,
     contact_force,
@@ -17,9 +17,9 @@ from drake_racket.engines.compiled.forces import (
     limit_forces,
     string_forces,
 )
-from drake_racket.engines.compiled.layout import VEL
-from drake_racket.engines.compiled.motion import move_leaves, move_nodes
-from drake_racket.engines.compiled.solve import leaves_in, leaves_out, nodes_in, nodes_out
+from drake_racket.engines.compiled.dynamics.layout import VEL
+from drake_racket.engines.compiled.dynamics.motion import move_leaves, move_nodes
+from drake_racket.engines.compiled.dynamics.solve import leaves_in, leaves_out, nodes_in, nodes_out
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, contact_powers
 from drake_racket.laws.limits import limit_losses
@@ -115,9 +115,7 @@ def _lost_in_strings(model: Any, y: Any, nq: int) -> Any:
         if j >= 0:
             dz -= y[leaves[j, at.LEAF_Q]]
             rate -= y[nq + leaves[j, at.LEAF_V]]
-        slope, _ = spring_law(
-            dz, rate, springs[0, s], springs[1, s], springs[2, s], springs[3, s]
-        )
+        slope, _ = spring_law(dz, rate, springs[0, s], springs[1, s], springs[2, s], springs[3, s])
         lost += springs[3, s] * slope * rate * slope * rate
     return lost
 
