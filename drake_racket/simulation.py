@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from drake_racket.cases.case import Case, resolve
+from drake_racket.cases.case import Case, changed, resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.engines.drake.engine import run_drake
+from drake_racket.engines.registry import run
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult, make_result
 
@@ -14,6 +14,7 @@ def simulate(
     system: ImpactDiagram | None = None,
     *,
     history: bool = True,
+    engine: str | None = None,
 ) -> ImpactResult:
     """Simulates one impact.
 
@@ -23,6 +24,7 @@ def simulate(
             scenario's topology.
         history: record motion and energies at every step; without it `ImpactResult.history` and
             what is read from it are None, and the balance is that of the end alone.
+        engine: `drake` or `compiled`, in place of the scenario's.
 
     Raises:
         InputError: the scenario is not valid or needs another Diagram.
@@ -30,5 +32,7 @@ def simulate(
 
     """
     case = resolve(scenario or Scenario())
+    if engine is not None:
+        case = resolve(changed(case.scenario, engine=engine))
     system = system or make_impact_diagram(case)
-    return make_result(case, run_drake(case, system, every_sample=history), history=history)
+    return make_result(case, run(case, system, every_sample=history), history=history)

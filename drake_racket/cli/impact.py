@@ -50,6 +50,9 @@ def impact(
     ] = None,
     ball: BallFile = None,
     settings: Settings = None,
+    engine: Annotated[
+        str | None, typer.Option(help="drake (which one impact runs on), or compiled.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Directory for the history (NetCDF, CSV) and the plot.")
     ] = None,
@@ -78,6 +81,7 @@ def impact(
         "azimuth_deg": number("--azimuth", azimuth, "degrees"),
         "support": support,
         "after": number("--after", after, "s"),
+        "engine": engine,
     }
     scenario = Scenario() if scenario_file is None else load_scenario(scenario_file)
     changes: dict[str, Any] = {k: v for k, v in given.items() if v is not None}
