@@ -20,6 +20,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,14 +34,19 @@ from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS, RacketProperties, racket_properties
-from drake_racket.results.impact import ImpactResult
+from drake_racket.results.impact import ImpactResult, make_result
 from drake_racket.rigs.modes.shapes import head_node
 from drake_racket.simulation import simulate
 from drake_racket.sweep.outputs import OUTPUTS
+from drake_racket.sweep.worker import may_run_compiled
+
+if TYPE_CHECKING:
+    from drake_racket.engines.compiled.engine import CompiledImpact
 
 AXIS_STEP = 0.02  # m
 AXIS_REACH = 0.75  # of the rim's longer semi-axis
-COARSE = IntegratorSettings(accuracy=2e-2)  # moves restitution by 1e-5, ringing by less than 1 %
+COARSE = IntegratorSettings(accuracy=2e-2)
+"""Of Drake's engine: moves restitution by 1e-5, and ringing by less than 1 %."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +97,8 @@ class Assessment:
 class Bench:
     """The bench runs impacts on rackets, with one Diagram for all of one topology.
 
+    As sweeps do, it takes the compiled engine where it can, unless the base names another.
+
     Attributes:
         base: what every impact has: its speed, ball, grip, engine.
 
@@ -98,6 +106,7 @@ class Bench:
 
     base: Scenario
     _diagrams: dict[tuple[object, ...], ImpactDiagram] = field(default_factory=dict)
+    _models: dict[tuple[object, ...], CompiledImpact | None] = field(default_factory=dict)
 
     def run(
         self, racket: RacketParameters, *, history: bool = False, **changes: object
@@ -106,8 +115,18 @@ class Bench:
         scenario = dataclasses.replace(self.base, **changes)  # type: ignore[arg-type]
         case = resolved(racket, scenario)
         if case.topology not in self._diagrams:
-            self._diagrams[case.topology] = make_impact_diagram(case)
-        return simulate(case, self._diagrams[case.topology], history=history)
+            self._diagrams[case.topology] = system = make_impact_diagram(case)
+            self._models[case.topology] = _compiled(system) if may_run_compiled(scenario) else None
+        model = self._models[case.topology]
+        if model is None:
+            return simulate(case, self._diagrams[case.topology], history=history)
+        return make_result(case, model.run(case, every_sample=history), history=history)
+
+
+def _compiled(system: ImpactDiagram) -> CompiledImpact:
+    from drake_racket.engines.compiled.engine import CompiledImpact
+
+    return CompiledImpact(system)
 
 
 def resolved(racket: RacketParameters, scenario: Scenario) -> Case:
@@ -127,7 +146,8 @@ def resolved(racket: RacketParameters, scenario: Scenario) -> Case:
 def usual_scenario(base: Scenario | None = None) -> Scenario:
     """Gives what the impacts of an assessment share: 25 m/s at the centre of a free racket."""
     base = base or Scenario()
-    integrator = COARSE if base.integrator == IntegratorSettings() else base.integrator
+    own = base.integrator != IntegratorSettings() or may_run_compiled(base)
+    integrator = base.integrator if own else COARSE
     return dataclasses.replace(
         base, approach_time=1e-4, after=0.008, audit=False, integrator=integrator
     )

@@ -14,7 +14,6 @@ import sys
 from pathlib import Path
 
 from drake_racket import (
-    IntegratorSettings,
     Scenario,
     add_mass,
     check_directory,
@@ -117,7 +116,6 @@ def main() -> None:
         approach_time=1e-4,
         after=0.03,
         audit=False,
-        integrator=IntegratorSettings(accuracy=2e-2),  # moves the ringing by less than 1 %
     )
     change = {
         "keys": {key: {"unit": UNITS[key]} if key in UNITS else {} for key in keys},

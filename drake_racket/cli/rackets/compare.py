@@ -47,7 +47,7 @@ def compare(
 ) -> None:
     """Compares rackets: table, page and figures, with what inferred numbers leave open.
 
-    Takes about 6 s a racket, and 8 s more for one that is made of a shop's numbers.
+    Takes 2 s a racket with numba (the very first time half a minute), without it 20 s.
     """
     from drake_racket.cases.case import resolve
     from drake_racket.compare.assessment import Swing

@@ -59,7 +59,7 @@ def customise(
 ) -> None:
     """Adds lead to a racket: what to stick where for a target, and what it changes.
 
-    Masses for targets are the least that do. Impacts before and after take about 10 s.
+    Masses for targets are the least that do.
     """
     from drake_racket.cases.case import resolve
     from drake_racket.parameters.racket import load_racket
