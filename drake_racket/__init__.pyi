@@ -98,6 +98,10 @@ from .plant.systems.grip_load import GripLoad as GripLoad
 from .plant.systems.grip_load import GripLoad_ as GripLoad_
 from .plant.systems.grip_load import add_grip_load as add_grip_load
 from .plant.systems.grip_load import set_grip_load_parameters as set_grip_load_parameters
+from .plant.systems.ports import ContactPower as ContactPower
+from .plant.systems.ports import ContactState as ContactState
+from .plant.systems.ports import EnergyTotals as EnergyTotals
+from .plant.systems.ports import HandLoad as HandLoad
 from .plant.systems.string_bed import StringBed as StringBed
 from .plant.systems.string_bed import StringBed_ as StringBed_
 from .plant.systems.string_bed import StringBedModel as StringBedModel

@@ -72,7 +72,8 @@ print(f"contact {1e3 * (record.release_time - record.touch_time):.2f} ms")
 print(f"rebound {rebound[2]:.2f} m/s, apparent restitution {rebound[2] / arguments.speed:.3f}")
 arguments.out.mkdir(parents=True, exist_ok=True)
 history = log.FindLog(root)
-columns = np.column_stack([history.sample_times(), history.data()[[2, 4]].T])
+shown = [dr.ContactState.COMPRESSION, dr.ContactState.NORMAL_FORCE]
+columns = np.column_stack([history.sample_times(), history.data()[shown].T])
 header = "time [s],compression [m],normal_force [N]"
 path = arguments.out / "contact.csv"
 np.savetxt(path, columns, delimiter=",", header=header, comments="")

@@ -16,6 +16,7 @@ from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.scenario import Scenario
+from drake_racket.plant.systems.ports import ContactState
 from drake_racket.results.energy import (
     Balance,
     Balances,
@@ -189,7 +190,7 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
         touch_time=record.touch_time if touched else None,
         point=record.point if touched else None,
         touches=record.touches,
-        peak_normal_force=_peak(trajectory.time, trajectory.contact[:, 4]),
+        peak_normal_force=_peak(trajectory.time, trajectory.contact[:, ContactState.NORMAL_FORCE]),
         peak_string_deflection=_peak_deflection(trajectory),
         impulse=case.ball.mass.value * (rebound - approach),
         normal_approach_speed=record.approach_speed if touched else None,
