@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drake_racket.parameters.racket import RacketParameters
-from drake_racket.plant.shapes import frame_lines
+from drake_racket.plant.shapes import frame_lines as frame_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
