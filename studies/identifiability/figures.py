@@ -51,7 +51,7 @@ def errors_figure(dataset: xarray.Dataset) -> Figure:
         )
         for i, row in enumerate(errors):
             for j, error in enumerate(row):
-                colour = "white" if error > 0.25 else "black"
+                colour = "white" if error > 0.07 else "black"
                 weight = "bold" if error <= 0.1 else "normal"
                 text = per_cent(float(error)) if not error > _SHOWN else f">{100 * _SHOWN:.0f}"
                 style: dict[str, Any] = {"color": colour, "weight": weight, "fontsize": 8.5}
