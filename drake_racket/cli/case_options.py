@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,20 +25,24 @@ Settings = Annotated[
 BallFile = Annotated[str | None, typer.Option(help="penn_titanium, or a ball's file (YAML).")]
 
 
-def number(key: str, text: str | None, unit: str) -> float | None:
-    """Gives an option's number in `unit`, which it has where it names none; None stays None."""
-    if text is None:
-        return None
-    try:
-        return float(text)  # what is not finite the scenario refuses, by its key
-    except ValueError:
-        pass
-    try:
-        return measure(key, text, unit, bare="")
-    except InputError as error:
-        raise typer.BadParameter(
-            f"got {text!r}; allowed: {error.allowed}", param_hint=key
-        ) from None
+def in_unit(unit: str) -> Callable[[Any], float]:
+    """Gives typer the parser of an option's number, which is in `unit` where it names none."""
+
+    def number(text: Any) -> float:
+        """Reads `30`, `30 m/s` or `67mph`; what is not finite its key's own check refuses."""
+        if not isinstance(text, str):
+            return float(text)
+        try:
+            return float(text)
+        except ValueError:
+            pass
+        try:
+            return measure("", text, unit, bare="")
+        except InputError as error:
+            raise typer.BadParameter(f"got {text!r}; allowed: {error.allowed}") from None
+
+    number.__name__ = "NUMBER"  # what the help calls it
+    return number
 
 
 def with_options(

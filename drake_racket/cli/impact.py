@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drake_racket.cli.case_options import BallFile, Settings, number, with_options
+from drake_racket.cli.case_options import BallFile, Settings, in_unit, with_options
 from drake_racket.cli.console import new_console, working
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
@@ -33,20 +33,28 @@ def impact(
         str | None, typer.Option(help="String-bed point 1-9, or auto (nearest at touch).")
     ] = None,
     speed: Annotated[
-        str | None, typer.Option(help="Speed of the ball: 30 (m/s), 67mph, 108km/h.")
+        float | None,
+        typer.Option(help="Speed of the ball: 30 (m/s), 67mph, 108km/h.", parser=in_unit("m/s")),
     ] = None,
     incidence: Annotated[
-        str | None, typer.Option(help="Incidence from the normal: 17 (degrees), 0.3rad.")
+        float | None,
+        typer.Option(
+            help="Incidence from the normal: 17 (degrees), 0.3rad.", parser=in_unit("degrees")
+        ),
     ] = None,
     azimuth: Annotated[
-        str | None,
-        typer.Option(help="Direction of the tangential part, from +x towards +y (degrees)."),
+        float | None,
+        typer.Option(
+            help="Direction of the tangential part, from +x towards +y (degrees).",
+            parser=in_unit("degrees"),
+        ),
     ] = None,
     support: Annotated[
         str | None, typer.Option(help="free, clamped_head, clamped_handle, grip or limb.")
     ] = None,
     after: Annotated[
-        str | None, typer.Option(help="Time simulated from touch on: 0.02 (s), 20ms.")
+        float | None,
+        typer.Option(help="Time simulated from touch on: 0.02 (s), 20ms.", parser=in_unit("s")),
     ] = None,
     ball: BallFile = None,
     settings: Settings = None,
@@ -76,11 +84,11 @@ def impact(
         "racket": racket,
         "tension": tension,
         "point": point,
-        "speed": number("--speed", speed, "m/s"),
-        "incidence_deg": number("--incidence", incidence, "degrees"),
-        "azimuth_deg": number("--azimuth", azimuth, "degrees"),
+        "speed": speed,
+        "incidence_deg": incidence,
+        "azimuth_deg": azimuth,
         "support": support,
-        "after": number("--after", after, "s"),
+        "after": after,
         "engine": engine,
     }
     scenario = Scenario() if scenario_file is None else load_scenario(scenario_file)

@@ -56,7 +56,7 @@ def test_numbers_with_units(run_well, quick):
         (("tour",), "2 to 6"),
         (("tour", "tour"), "each racket once"),
         (("tour", "none"), "recreational or a path ending in .yaml"),
-        (("tour", "recreational", "--swing", "fast"), "--swing: got 'fast'"),
+        (("tour", "recreational", "--swing", "fast"), "got 'fast'; allowed: a number"),
         (("tour", "recreational", "--swing", "5000"), "swing: rate"),
         (("tour", "recreational", "--speed", "3kg"), "m/s, km/h, mph"),
         (("tour", "recreational", "--ball", "golf"), "penn_titanium"),

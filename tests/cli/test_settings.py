@@ -96,3 +96,16 @@ def test_refused_before_any_work(run, command, settings, text, tmp_path, monkeyp
     assert text in err
     assert len(err.splitlines()) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["sweep.yaml"]
+
+
+def test_identify_takes_units(run, tmp_path):
+    """Read before the file is: an option in a unit that fits leaves the file to complain of."""
+    missing = str(tmp_path / "no.csv")
+    out = ("--out", str(tmp_path / "out"))
+    status, _, err = run("identify", "tension", missing, *out, "--strung-at", "70lb")
+    assert (status, missing in err) == (2, True)
+    status, _, err = run("identify", "tension", missing, *out, "--strung-at", "70 m")
+    assert status == 2
+    assert "got '70 m'; allowed: a number with its unit (N, kg, lb)" in err
+    status, _, err = run("identify", "ball", missing, *out, "--mass", "58g", "--speed-low", "40mph")
+    assert (status, missing in err) == (2, True)

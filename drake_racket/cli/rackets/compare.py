@@ -10,13 +10,12 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from drake_racket.cli.case_options import BallFile, Settings, with_options
+from drake_racket.cli.case_options import BallFile, Settings, in_unit, with_options
 from drake_racket.cli.console import ending_on_signals, new_console, showing
 from drake_racket.cli.rackets.files import stringing
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
 from drake_racket.io.progress import Progress
-from drake_racket.io.units import measure
 
 if TYPE_CHECKING:
     from drake_racket.compare.spread import Assessed
@@ -30,12 +29,23 @@ def compare(
     tension: Annotated[
         str, typer.Option(help="Of shipped rackets: low, high, 280 (N), 25kg, 55lb.")
     ] = "low",
-    speed: Annotated[str, typer.Option(help="Of the ball at the nine points (m/s).")] = "25",
+    speed: Annotated[
+        float,
+        typer.Option(help="Of the ball at the nine points (m/s), 56mph.", parser=in_unit("m/s")),
+    ] = 25.0,
     swing: Annotated[
-        str, typer.Option(help="Rate that the racket turns with: 27 (rad/s), 260rpm.")
-    ] = "27",
-    pivot: Annotated[str, typer.Option(help="From that axis to the butt: 20cm, 0.2 (m).")] = "20cm",
-    ball_speed: Annotated[str, typer.Option(help="Of the ball that it meets (m/s): 10.")] = "10",
+        float,
+        typer.Option(
+            help="Rate that the racket turns with: 27 (rad/s), 260rpm.", parser=in_unit("rad/s")
+        ),
+    ] = 27.0,
+    pivot: Annotated[
+        float,
+        typer.Option(help="From that axis to the butt: 0.2 (m), 20cm.", parser=in_unit("m")),
+    ] = 0.2,
+    ball_speed: Annotated[
+        float, typer.Option(help="Of the ball that it meets (m/s), 22mph.", parser=in_unit("m/s"))
+    ] = 10.0,
     ball: BallFile = None,
     settings: Settings = None,
     out: Annotated[
@@ -55,13 +65,9 @@ def compare(
     from drake_racket.compare.spread import assess_with_spread
     from drake_racket.parameters.scenario import Scenario
 
-    base = Scenario(speed=measure("--speed", speed, "m/s", bare=""))
+    base = Scenario(speed=speed)
     base = resolve(with_options(base, settings, ball), "options").scenario
-    wanted = Swing(
-        measure("--swing", swing, "rad/s", bare=""),
-        measure("--pivot", pivot, "m", bare=""),
-        measure("--ball-speed", ball_speed, "m/s", bare=""),
-    )
+    wanted = Swing(swing, pivot, ball_speed)
     loaded = _load(rackets, tension)
     if out is not None:
         check_directory(out, "--out")
