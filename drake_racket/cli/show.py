@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_racket.cli.console import new_console, working
+from drake_racket.cli.rackets.specs_table import specs_table
 
 if TYPE_CHECKING:
     from drake_racket.parameters.quantities import Assignment, Choice, Quantities, Quantity
@@ -43,6 +44,11 @@ def show(
     console = new_console()
     console.print(f"[bold]{escape(parameters.title)}[/]")
     console.print(_properties_table(properties))
+    if parameters.specs:
+        console.print("[bold]Made of[/]")
+        console.print(specs_table(parameters, properties))
+    for added in parameters.added:
+        console.print(f"added: {1e3 * added.mass:.4g} g at {escape(added.at)}")
     console.print(_parameter_table(parameters))
     console.print("[bold]Ball[/]")
     ball = load_ball()

@@ -31,6 +31,19 @@ def test_new_and_show(run_well, tmp_path):
     assert found["specs"]["frequency"]["sd"] == pytest.approx(0.034 * 145.424, rel=1e-3)
 
 
+def test_show_tells_what_a_racket_is_made_of(run_well, tmp_path):
+    path = tmp_path / "mine.yaml"
+    run_well("new", "mine", *SHOP, "--out", str(path))
+    run_well(
+        "customise", str(path), "--add", "5g@12", "--static", "--out", str(tmp_path / "b.yaml")
+    )
+    out = run_well("show", str(tmp_path / "b.yaml"))
+    assert "Made of" in out
+    assert "printed by the shop" in out
+    assert "added: 5 g at 12" in out
+    assert "Made of" not in run_well("show", "tour")
+
+
 def test_a_shipped_racket_as_json(run_well):
     found = json.loads(run_well("show", "tour", "--json"))
     assert found["mass"] == pytest.approx(0.3089)

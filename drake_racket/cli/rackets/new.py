@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from drake_racket.cli.console import new_console, working
 from drake_racket.cli.rackets.files import check_paths, is_file, write_rackets
+from drake_racket.cli.rackets.specs_table import specs_table
 from drake_racket.io.errors import InputError
-
-if TYPE_CHECKING:
-    from drake_racket.parameters.racket import RacketParameters
 
 _BY = "drake-racket new"
 
@@ -64,6 +61,7 @@ def new(
     --head 98in2 --ra 65
     """
     from drake_racket.parameters.specs.build import racket_from_specs
+    from drake_racket.plant.properties import racket_properties
 
     given = {
         "mass": mass,
@@ -93,8 +91,13 @@ def new(
     path = out if is_file(out) else out / f"{name}.yaml"
     check_paths([path], _BY)
     write_rackets([racket], [path], _BY)
-    _print_made(racket)
     console = new_console()
+    console.print(f"[bold]{escape(racket.title)}[/]")
+    with working("reading"):
+        made_of = specs_table(racket, racket_properties(racket))
+    console.print(made_of)
+    for note in racket.notes:
+        console.print(escape(note))
     shown = escape(str(path))
     console.print(f"wrote {shown}")
     console.print(f"[dim]next: drake-racket compare {shown} tour; drake-racket show {shown}[/]")
@@ -123,37 +126,3 @@ def _many(table: Path, column: list[str], bed: str, out: Path) -> None:
     first = rackets[0]
     for note in first.notes[:2]:
         console.print(f"[dim]{escape(note)}[/]")
-
-
-def _print_made(racket: RacketParameters) -> None:
-    """What was given or filled in, what the racket has of it, and what it is good for."""
-    from drake_racket.parameters.specs.given import PRINTED, as_shops_print
-    from drake_racket.plant.properties import racket_properties
-
-    has = racket_properties(racket)
-    same = {
-        "mass": has.mass,
-        "balance": has.balance,
-        "swingweight": has.swingweight,
-        "twistweight": has.twistweight,
-        "frequency": has.out_of_plane_frequency,
-    }
-    console = new_console()
-    console.print(f"[bold]{escape(racket.title)}[/]")
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("number", "wanted", "the racket has", "sd", "status", "source"):
-        table.add_column(heading, no_wrap=heading != "source", overflow="fold")
-    for key, spec in racket.specs.items():
-        unit = PRINTED[key].unit if key in PRINTED else "1"
-        mark = "[yellow]" if spec.status == "inferred" else ""
-        table.add_row(
-            key.replace("_", " "),
-            as_shops_print(unit, spec.value),
-            as_shops_print(unit, same[key]) if key in same else "",
-            as_shops_print(unit, spec.sd) if spec.sd else "",
-            f"{mark}{spec.status}",
-            escape(spec.source),
-        )
-    console.print(table)
-    for note in racket.notes:
-        console.print(escape(note))
