@@ -122,10 +122,15 @@ def test_a_rebound_at_tight_settings():
     assert distance(point="4", incidence_deg=20.0, azimuth_deg=70.0) < 1e-9
 
 
-@pytest.mark.slow
+GRID = list(itertools.product(BEDS, ("free", "clamped_head", "grip"), (0.0, 17.0, 60.0)))
+
+
 @pytest.mark.parametrize(
     ("bed", "support", "incidence"),
-    list(itertools.product(BEDS, ("free", "clamped_head", "grip"), (0.0, 17.0, 60.0))),
+    [
+        pytest.param(*case, marks=pytest.mark.exhaustive if i % 7 else pytest.mark.slow)
+        for i, case in enumerate(GRID)
+    ],
     ids=lambda value: "-".join(value) if isinstance(value, tuple) else str(value),
 )
 def test_rebounds_at_tight_settings(bed, support, incidence):
@@ -134,13 +139,13 @@ def test_rebounds_at_tight_settings(bed, support, incidence):
     assert distance(**name, **place) < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("support", "speed"), [("clamped_head", 18.0), ("clamped_head", 33.0), ("free", 25.0)]
 )
 @pytest.mark.parametrize("bed", BEDS, ids="-".join)
 def test_default_impacts(bed, support, speed):
-    """All points of all beds: to 1e-6 m/s, each engine with its default error control made finer."""
+    """All points of all beds, to 1e-6 m/s, with error control finer than by default."""
     for point in range(1, 10):
         scenario = Scenario(
             racket=bed[0],
