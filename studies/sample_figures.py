@@ -80,8 +80,8 @@ def tension_figure(dataset: xarray.Dataset) -> Figure:
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
     figure.suptitle(
-        f"Stringing tension: change from {tension[nominal]:.0f} N"
-        " (shaded: between both rackets' identified tensions)",
+        f"Stringing tension: change from {tension[nominal]:.0f} N\n"
+        "(shaded: between both rackets' identified tensions)",
         fontsize=11,
     )
     return figure
