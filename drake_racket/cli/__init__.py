@@ -13,16 +13,19 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from drake_racket.cli import animate, examples, identify, impact, plot, show, sweep, validate
+from drake_racket.cli.rackets import compare, customise, new
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped, one_line
 from drake_racket.io.interrupts import exit_status, terminable
 
 app = typer.Typer(
-    add_completion=False,
     pretty_exceptions_enable=False,
     help="Tennis racket and ball impacts, after Glynn, King & Mitchell (2011).",
 )
 for command in (
     impact.impact,
+    new.new,
+    customise.customise,
+    compare.compare,
     plot.plot,
     animate.animate,
     sweep.sweep,

@@ -17,6 +17,7 @@ from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.scenario import Scenario
+from drake_racket.plant.systems.ports import ContactState
 from drake_racket.results.energy import (
     Balance,
     Balances,
@@ -34,6 +35,33 @@ if TYPE_CHECKING:
 
 COUPLE_WARNING = 1e-3  # of the initial kinetic energy
 ENERGY_WARNING = 1e-3
+
+
+RESULT_UNITS = {
+    "approach_velocity": "m/s",
+    "rebound_velocity": "m/s",
+    "apparent_restitution": "1",
+    "aim_velocity": "m/s",
+    "rebound_angle": "rad",
+    "contact_time": "s",
+    "touch_time": "s",
+    "peak_normal_force": "N",
+    "peak_string_deflection": "m",
+    "impulse": "N*s",
+    "normal_approach_speed": "m/s",
+    "kb": "N/m",
+    "cb": "N*s/m",
+    "racket_velocity": "m/s",
+    "racket_angular_velocity": "rad/s",
+    "peak_in_plane_angle": "rad",
+    "peak_out_of_plane_angle": "rad",
+    "peak_handle_acceleration": "m/s^2",
+    "energy_error": "1",
+    "momentum_error": "1",
+    "angular_momentum_error": "1",
+    "balance": "J",
+}
+"""Unit of what a result holds; the scenario's are in its own keys' units."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -113,9 +141,10 @@ class ImpactResult:
         return f"ImpactResult(point {self.point}, rebound {speed:.2f} m/s)"
 
     def to_json(self) -> dict[str, Any]:
-        """Gives everything but the history, as JSON's own types."""
+        """Gives everything but the history, as JSON's own types, with the units (`units`)."""
         values = {name: json_data(x) for name, x in vars(self).items() if name != "history"}
-        return values | {"scenario": dataclasses.asdict(self.scenario)}
+        units = {name: unit for name, unit in RESULT_UNITS.items() if name in values}
+        return values | {"scenario": dataclasses.asdict(self.scenario), "units": units}
 
 
 def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactResult:
@@ -157,7 +186,7 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
         touch_time=record.touch_time if touched else None,
         point=record.point if touched else None,
         touches=record.touches,
-        peak_normal_force=_peak(trajectory.time, trajectory.contact[:, 4]),
+        peak_normal_force=_peak(trajectory.time, trajectory.contact[:, ContactState.NORMAL_FORCE]),
         peak_string_deflection=_peak_deflection(trajectory),
         impulse=case.ball.mass.value * (rebound - approach),
         normal_approach_speed=record.approach_speed if touched else None,

@@ -16,15 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.search import determined, unit_text
 from drake_racket.io.errors import InputError
-from drake_racket.io.files import replace_file
-from drake_racket.parameters.ball import BallParameters, check_ball, read_ball
+from drake_racket.parameters import written
+from drake_racket.parameters.ball import BallParameters, check_ball
 from drake_racket.parameters.quantities import Quantities, Quantity
-from drake_racket.parameters.racket import RacketParameters, check_racket, read_racket
+from drake_racket.parameters.racket import RacketParameters, check_racket
 
 
 @dataclass(frozen=True)
@@ -196,28 +195,8 @@ def _new_name(old: str, name: str | None) -> str:
 
 
 def write_parameters(parameters: RacketParameters | BallParameters, path: Path) -> None:
-    """Writes a parameter file, which is read back before it takes its name.
-
-    Raises:
-        InputError: parameters that their own reader refuses.
-
-    """
-
-    def write(temporary: Path) -> None:
-        temporary.write_text(_text(parameters), encoding="utf-8")
-        if isinstance(parameters, RacketParameters):
-            read_racket(temporary)
-        else:
-            read_ball(temporary)
-
-    replace_file(path, write)
-
-
-def _text(parameters: Any) -> str:
-    """YAML of a parameter dataclass; numbers to the last bit."""
-    heading = (
-        "# Written by drake_racket.identify. status: printed, calculated, measured, fitted or "
-        "inferred.\n"
-    )
-    tree = dataclasses.asdict(parameters)
-    return heading + str(yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=100))
+    """Writes a fitted racket's or ball's file; see `written.write_racket`."""
+    if isinstance(parameters, RacketParameters):
+        written.write_racket(parameters, path, "drake_racket.identify")
+    else:
+        written.write_ball(parameters, path, "drake_racket.identify")

@@ -57,6 +57,7 @@ from drake_racket.laws.phases import (
     touch,
     value_of,
 )
+from drake_racket.plant.systems.ports import ContactPower, ContactState
 from drake_racket.plant.systems.scalars import on_float
 
 
@@ -73,15 +74,15 @@ def BallContact_(T: Any) -> Any:
         Output ports:
             spatial_forces: list of ExternallyAppliedSpatialForce on ball and string mass; empty
                 when not in contact (then the state is not looked at).
-            contact_state (9): phase; point in contact, or to be hit (from 1); compression x (m);
-                its rate (m/s); N (N); F_x, F_y on the ball (N) and sliding velocity v_x, v_y (m/s)
-                in the head's axes.
+            contact_state (9, ContactState): phase; point in contact, or to be hit (from 1);
+                compression x (m); its rate (m/s); N (N); F_x, F_y on the ball (N) and sliding
+                velocity v_x, v_y (m/s) in the head's axes.
             stored_energy (1): kb x^2 / 2 in contact (J).
-            power (6): lost in the ball's damper, lost to friction, gained from the couple (W); and
-                the force on the ball in the world (N), the rate of its impulse. The couple: with
-                the reaction at the string mass the two opposite forces act along different lines
-                once the ball has slid, which is work from nowhere. It is 0 with the reaction at
-                the ball.
+            power (6, ContactPower): lost in the ball's damper, lost to friction, gained from the
+                couple (W); and the force on the ball in the world (N), the rate of its impulse.
+                The couple: with the reaction at the string mass the two opposite forces act along
+                different lines once the ball has slid, which is work from nowhere. It is 0 with
+                the reaction at the ball.
         Numeric parameters:
             0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth.
             1 friction: mu at the points in order (1).
@@ -168,9 +169,9 @@ def BallContact_(T: Any) -> Any:
             # before contact, the state names the next point, which is a parameter
             all_needs = needs | {self.all_parameters_ticket()}
             for name, size, calc in (
-                ("contact_state", 9, self._calc_contact_state),
+                ("contact_state", len(ContactState), self._calc_contact_state),
                 ("stored_energy", 1, self._calc_stored_energy),
-                ("power", 6, self._calc_power),
+                ("power", len(ContactPower), self._calc_power),
             ):
                 self.DeclareVectorOutputPort(name, size, calc, prerequisites_of_calc=all_needs)
 

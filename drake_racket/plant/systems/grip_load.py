@@ -15,6 +15,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.io.errors import InputError
 from drake_racket.plant.grip import Grip
+from drake_racket.plant.systems.ports import HandLoad
 from drake_racket.plant.systems.scalars import on_float
 
 
@@ -30,8 +31,8 @@ def GripLoad_(T: Any) -> Any:
             reaction_forces: the plant's port of that name (a list of SpatialForce); only of a grip
                 with a joint (weld, torsional).
         Output ports:
-            hand_load (6): spatial force F_Ho_H on the hand, about the hand frame's origin and in
-                its axes: torque (N m), then force (N).
+            hand_load (6, HandLoad): spatial force F_Ho_H on the hand, about the hand frame's origin
+                and in its axes: torque (N m), then force (N).
             power (1): going from the racket and the hand into the grip's springs and dampers (W).
         Numeric parameters:
             0 constants (12): the bushing's torque stiffness, torque damping, force stiffness and
@@ -64,7 +65,7 @@ def GripLoad_(T: Any) -> Any:
                 self._reactions = self.DeclareAbstractInputPort("reaction_forces", model)
                 load_needs.add(self._reactions.ticket())
             self.DeclareVectorOutputPort(
-                "hand_load", 6, self._calc_load, prerequisites_of_calc=load_needs
+                "hand_load", len(HandLoad), self._calc_load, prerequisites_of_calc=load_needs
             )
             self.DeclareVectorOutputPort("power", 1, self._calc_power, prerequisites_of_calc=needs)
 
