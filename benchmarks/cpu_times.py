@@ -20,15 +20,17 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent.parent
 
 WITHIN = """
-import resource, sys, time
+import statistics, time
 import drake_racket as dr
 scenario = dr.Scenario({scenario})
 system = dr.make_impact_diagram(scenario)
 dr.simulate(scenario, system)
-began = time.process_time()
-for _ in range(3):
-    dr.simulate(scenario, system, history={history})
-print((time.process_time() - began) / 3)
+seconds = {{False: [], True: []}}
+for history in (False, True, True, False, False, True):  # in turns, in both orders
+    began = time.process_time()
+    dr.simulate(scenario, system, history=history)
+    seconds[history].append(time.process_time() - began)
+print(*(statistics.median(seconds[history]) for history in (False, True)))
 """
 COMMAND = "from drake_racket.cli import main; main()"
 PROCESSES = {
@@ -38,10 +40,8 @@ PROCESSES = {
 }
 LIMB = "support='limb', point='6', after=0.02"
 CALLS = {
-    "simulate, free, 50 ms, history=False": WITHIN.format(scenario="", history=False),
-    "simulate, free, 50 ms, history=True": WITHIN.format(scenario="", history=True),
-    "simulate, limb, 20 ms, history=False": WITHIN.format(scenario=LIMB, history=False),
-    "simulate, limb, 20 ms, history=True": WITHIN.format(scenario=LIMB, history=True),
+    "simulate, free, 50 ms": WITHIN.format(scenario=""),
+    "simulate, limb, 20 ms": WITHIN.format(scenario=LIMB),
 }
 
 
@@ -75,7 +75,9 @@ def measure(checkouts: list[Path], repeats: int) -> dict[str, list[float]]:
         for name, code in CALLS.items():
             for i, checkout in enumerate(checkouts):
                 _, printed = run(checkout, ["-c", code])
-                found.setdefault(name, [[] for _ in checkouts])[i].append(float(printed))
+                for history, seconds in zip((False, True), printed.split(), strict=True):
+                    row = f"{name}, history={history}"
+                    found.setdefault(row, [[] for _ in checkouts])[i].append(float(seconds))
         print(f"round {turn} of {repeats}", file=sys.stderr, flush=True)
     return {name: [statistics.median(x[1:]) for x in lists] for name, lists in found.items()}
 
