@@ -123,6 +123,7 @@ def _history_formats(text: str | None) -> list[str]:
 
 def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
     from drake_racket.io.files import write_figure, write_text
+    from drake_racket.io.numbers import json_text
     from drake_racket.plots import impact_figure
     from drake_racket.results.formats import write_history
 
@@ -134,8 +135,7 @@ def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
         for path in paths[:-2]:
             write_history(history, path)
         write_figure(impact_figure(history), paths[-2])
-        text = json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n"
-        write_text(text, paths[-1])
+        write_text(json_text(result.to_json(), indent=2), paths[-1])
     except OSError as error:
         raise directory_error(out, error, "--out") from None
     return paths

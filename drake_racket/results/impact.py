@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from drake_racket.cases.case import Case
 from drake_racket.engines.trajectory import Trajectory
+from drake_racket.io.numbers import json_data
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
 from drake_racket.parameters.ball import BallParameters
@@ -141,12 +142,7 @@ class ImpactResult:
 
     def to_json(self) -> dict[str, Any]:
         """Gives everything but the history, as JSON's own types, with the units (`units`)."""
-        skipped = ("history", "scenario")
-        values = {
-            f.name: _plain(getattr(self, f.name))
-            for f in dataclasses.fields(self)
-            if f.name not in skipped
-        }
+        values = {name: json_data(x) for name, x in vars(self).items() if name != "history"}
         units = {name: unit for name, unit in RESULT_UNITS.items() if name in values}
         return values | {"scenario": dataclasses.asdict(self.scenario), "units": units}
 
@@ -344,13 +340,3 @@ def _warnings(
                 " couple (reaction_point: ball does not)"
             )
     return found
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return [float(x) for x in value]
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

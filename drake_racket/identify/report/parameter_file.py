@@ -194,11 +194,9 @@ def _new_name(old: str, name: str | None) -> str:
     return old if old.endswith("_fitted") else f"{old}_fitted"
 
 
-def write_racket(racket: RacketParameters, path: Path) -> None:
-    """Writes a fitted racket's file; see `written.write_racket`."""
-    written.write_racket(racket, path, "drake_racket.identify")
-
-
-def write_ball(ball: BallParameters, path: Path) -> None:
-    """Writes a fitted ball's file; see `written.write_ball`."""
-    written.write_ball(ball, path, "drake_racket.identify")
+def write_parameters(parameters: RacketParameters | BallParameters, path: Path) -> None:
+    """Writes a fitted racket's or ball's file; see `written.write_racket`."""
+    if isinstance(parameters, RacketParameters):
+        written.write_racket(parameters, path, "drake_racket.identify")
+    else:
+        written.write_ball(parameters, path, "drake_racket.identify")
