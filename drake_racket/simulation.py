@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drake_racket.cases.case import Case, changed, resolve
+from drake_racket.cases.case import Case, resolve, with_engine
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.engines.registry import run
 from drake_racket.parameters.scenario import Scenario
@@ -33,6 +33,6 @@ def simulate(
     """
     case = resolve(scenario or Scenario())
     if engine is not None:
-        case = resolve(changed(case.scenario, engine=engine))
+        case = with_engine(case, engine)
     system = system or make_impact_diagram(case)
     return make_result(case, run(case, system, every_sample=history), history=history)
