@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import subprocess
 import sys
@@ -13,7 +14,12 @@ import xarray
 from drake_racket import InputError, Scenario, load_racket, simulate
 from drake_racket.results.history import after_release
 from drake_racket.rigs.head_clamped import STROKES, normal_impacts, oblique_impacts, stroke_axis
-from drake_racket.rigs.restitution_map import along_axis, axis_offsets, restitution_map
+from drake_racket.rigs.restitution_map import (
+    along_axis,
+    axis_offsets,
+    moving_racket_scenario,
+    restitution_map,
+)
 from tests.conftest import ROOT
 
 STUDIES = ROOT / "studies"
@@ -95,8 +101,8 @@ def test_bending_is_excited_least_at_its_node():
 
 
 def test_map_reads_what_a_single_impact_gives():
-    dataset = restitution_map(rackets=["tour"], supports=["free"], points=[7])
-    at = dataset.squeeze()
+    base = dataclasses.replace(moving_racket_scenario(), engine="drake")
+    at = restitution_map(rackets=["tour"], supports=["free"], points=[7], base=base).squeeze()
     scenario = Scenario(point="7", approach_time=1e-4, after=0.03, audit=False)
     result = simulate(scenario)
     assert float(at["restitution"]) == result.apparent_restitution
