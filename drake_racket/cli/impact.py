@@ -102,7 +102,7 @@ def _history_formats(text: str | None) -> list[str]:
 
 
 def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
-    from drake_racket.io.files import write_figure, write_text
+    from drake_racket.io.files import figure_bytes, replace_file, write_text
     from drake_racket.plots import impact_figure
     from drake_racket.results.formats import write_history
 
@@ -111,9 +111,10 @@ def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
     try:
         out.mkdir(parents=True, exist_ok=True)
         paths = [out / f"impact.{suffix}" for suffix in (*suffixes, "png", "json")]
+        picture = figure_bytes(impact_figure(history), ".png")  # before anything is written
         for path in paths[:-2]:
             write_history(history, path)
-        write_figure(impact_figure(history), paths[-2])
+        replace_file(paths[-2], lambda temporary: temporary.write_bytes(picture))
         text = json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n"
         write_text(text, paths[-1])
     except OSError as error:

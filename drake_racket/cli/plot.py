@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -29,7 +30,7 @@ def plot(
 
     Needs the log alone, not the parameter files of its run.
     """
-    from drake_racket.io.files import write_figure
+    from drake_racket.io.files import figure_bytes, replace_file
     from drake_racket.plots.log.figures import LOG_FIGURES, check_log
     from drake_racket.results.formats import racket_of, read_history
 
@@ -40,16 +41,21 @@ def plot(
     if "racket" in history.attrs:
         racket_of(history, str(log))  # refused now, before anything is written
     check_directory(out, "--out")
+    missing = {figure.name: figure.lacks(history) for figure in LOG_FIGURES}
+    drawn = {  # all of them before any is written
+        figure.name: figure_bytes(figure.draw(history), picture)
+        for figure in LOG_FIGURES
+        if not missing[figure.name]
+    }
     console = new_console()
-    for name, draw, lacks in LOG_FIGURES:
-        reason = lacks(history)
+    for name, reason in missing.items():
         if reason:
             console.print(f"no {name}: {escape(reason)}")
             continue
         path = out / f"{name}.{picture}"
         try:
             out.mkdir(parents=True, exist_ok=True)
-            write_figure(draw(history), path)
+            replace_file(path, partial(Path.write_bytes, data=drawn[name]))
         except OSError as error:
             raise directory_error(out, error, "--out") from None
         console.print(f"wrote {escape(str(path))}")

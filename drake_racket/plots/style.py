@@ -25,6 +25,11 @@ BED_STYLES = {
 GRIP_HALF_WIDTH = 0.016  # m, drawn only
 
 
+def as_written(text: object) -> str:
+    """Gives a user's text for a figure, which shows it as it stands: its $ begin no formula."""
+    return str(text).replace("$", r"\$")
+
+
 def tidy(axes: Any) -> None:
     """Takes the frame's top and right side away."""
     axes.spines[["top", "right"]].set_visible(False)

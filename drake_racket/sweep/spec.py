@@ -97,8 +97,9 @@ def load_sweep(path: str | Path) -> Sweep:
     return parse_sweep(read_text(path, MAX_BYTES), str(path), path.parent)
 
 
-def parse_sweep(text: str, where: str = "sweep", directory: Path = Path()) -> Sweep:
+def parse_sweep(text: str, where: str = "sweep", directory: str | Path = Path()) -> Sweep:
     """Reads and checks a sweep from YAML text; see `load_sweep`."""
+    directory = Path(directory)
     tree = parse_tree(text, where)
     names = ("base", "axes", "outputs", "histories", "history_formats")
     if not isinstance(tree, dict):

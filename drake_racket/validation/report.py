@@ -43,7 +43,7 @@ COLUMNS = (
 
 
 def write_report(
-    out: Path,
+    out: str | Path,
     rows: Sequence[Comparison],
     sections: dict[str, dict[str, Any]],
     titles: dict[str, str],
@@ -55,6 +55,7 @@ def write_report(
         sections: name -> what `run` keeps of it (text, figures).  titles: name -> heading.
 
     """
+    out = Path(out)
     records = [_record(row) for row in rows]
     table = io.StringIO()
     writer = csv.DictWriter(table, COLUMNS, lineterminator="\n")

@@ -48,7 +48,7 @@ def anneal(
     workers: int = 1,
     max_evaluations: int = 20_000,
     temperature: float = TEMPERATURE,
-    checkpoint: Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Report | None = None,
     polish: bool = False,
     rescale_sigma: bool = False,
@@ -80,6 +80,7 @@ def anneal(
         InputError: a problem that cannot be fitted, bad options, or another run's checkpoint.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     began = time.monotonic()
     check_problem(problem)
     for key, value, least in (("starts", starts, 1), ("seed", seed, 0), ("workers", workers, 1)):

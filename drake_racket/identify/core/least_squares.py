@@ -26,7 +26,7 @@ def fit(
     starts: int = 8,
     seed: int = 0,
     workers: int = 1,
-    checkpoint: Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Report | None = None,
     tolerance: float = 1e-12,
     max_evaluations: int = 200,
@@ -53,6 +53,7 @@ def fit(
         InputError: a problem that cannot be fitted, bad options, or another fit's checkpoint.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     began = time.monotonic()
     check_problem(problem)
     for key, value, least in (("starts", starts, 1), ("seed", seed, 0), ("workers", workers, 1)):

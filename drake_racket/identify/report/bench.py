@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 def write_ball_fit(
     fit: BallFit,
     ball: BallParameters,
-    table: Path,
-    out: Path,
+    table: str | Path,
+    out: str | Path,
     date: str,
     *,
     name: str | None = None,
@@ -55,6 +55,8 @@ def write_ball_fit(
         The paths.
 
     """
+    table = Path(table)
+    out = Path(out)
     records = [Path(impact.force.where) for group in fit.groups for impact in group.impacts]
     provenance = Provenance(
         data=f"{table.name} and its {len(records)} records",
@@ -103,7 +105,7 @@ def write_frame_fit(
     fits: Mapping[str, FrameFit],
     racket: RacketParameters,
     files: Sequence[Path],
-    out: Path,
+    out: str | Path,
     date: str,
     *,
     name: str | None = None,
@@ -120,6 +122,7 @@ def write_frame_fit(
         The paths.
 
     """
+    out = Path(out)
     rms = ", ".join(f"{f.record_rms:.3g} m/s^2 {d.replace('_', ' ')}" for d, f in fits.items())
     provenance = Provenance(
         data=", ".join(path.name for path in files),

@@ -195,18 +195,20 @@ def _new_name(old: str, name: str | None) -> str:
     return old if old.endswith("_fitted") else f"{old}_fitted"
 
 
-def write_racket(racket: RacketParameters, path: Path) -> None:
+def write_racket(racket: RacketParameters, path: str | Path) -> None:
     """Writes a parameter file, which is read back before it takes its name.
 
     Raises:
         InputError: a racket that its own reader refuses.
 
     """
+    path = Path(path)
     _write(racket, path, read_racket)
 
 
-def write_ball(ball: BallParameters, path: Path) -> None:
+def write_ball(ball: BallParameters, path: str | Path) -> None:
     """As `write_racket`."""
+    path = Path(path)
     _write(ball, path, read_ball)
 
 
