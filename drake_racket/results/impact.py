@@ -176,7 +176,7 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
         momentum_error=errors[1],
         angular_momentum_error=errors[2],
         balance=None if energies is None else energies.at(-1),
-        warnings=_warnings(case.ball, record, energies, errors[0]),
+        warnings=[*_notes(trajectory), *_warnings(case.ball, record, energies, errors[0])],
         steps=trajectory.steps,
         evaluations=trajectory.evaluations,
         history=dataset,
@@ -283,6 +283,11 @@ def _norm(vector: NDArray[np.float64]) -> float:
 
 def _largest(vectors: NDArray[np.float64]) -> float:
     return float(np.max(np.linalg.norm(vectors, axis=1)))
+
+
+def _notes(trajectory: Trajectory) -> tuple[str, ...]:
+    limb = trajectory.mechanism.limb
+    return () if limb is None else limb.notes
 
 
 def _warnings(

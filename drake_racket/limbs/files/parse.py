@@ -1,0 +1,169 @@
+"""Loads a model file with Drake's parser: packages, relative places, errors in words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydrake.multibody.parsing import (
+    LoadModelDirectives,
+    ModelDirectives,
+    PackageMap,
+    Parser,
+    ProcessModelDirectives,
+)
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from drake_racket.io.errors import InputError, one_line
+from drake_racket.io.shipped import add_to_package_map
+
+DIRECTIVES = (".dmd.yaml", ".dmd.yml")
+_PACKAGE = re.compile(r"package://([^/\"'<>\s]+)/")
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Holds one file that a parser read, and the models that it gave."""
+
+    path: Path
+    instances: tuple[ModelInstanceIndex, ...]
+
+
+def load_files(
+    plant: MultibodyPlant, path: Path, packages: Mapping[str, str | Path]
+) -> list[Loaded]:
+    """Adds the models of an SDF, URDF or directives file to the plant.
+
+    Args:
+        packages: name -> folder, for `package://name/`. A folder above the file that has the
+            package's name, or a package.xml with it, is found by itself.
+
+    Raises:
+        InputError: a folder that is none, or a file that Drake cannot read or parse.
+
+    """
+    parser = Parser(plant)
+    _add_packages(parser.package_map(), path, packages)
+    try:
+        if path.name.lower().endswith(DIRECTIVES):
+            return _directives(parser, path)
+        # Drake goes by the suffix as it is written
+        if path.suffix in (".sdf", ".urdf"):
+            added = parser.AddModels(str(path))
+        else:
+            text = path.read_text(encoding="utf-8")
+            added = parser.AddModelsFromString(text, path.suffix.lower().removeprefix("."))
+        return [Loaded(path, tuple(added))]
+    except (RuntimeError, UnicodeDecodeError) as error:
+        raise InputError("limb: model", path, _in_words(str(error))) from None
+
+
+def _directives(parser: Parser, path: Path) -> list[Loaded]:
+    directives = LoadModelDirectives(str(path))
+    _resolve(directives, path.parent)
+    found = []
+    for info in ProcessModelDirectives(directives, parser):
+        where = Path(info.model_path) if info.model_path else path
+        found.append(Loaded(where, (info.model_instance,)))
+    plant = parser.plant()
+    by_name = {
+        item.add_model.name: item.add_model.file
+        for item in directives.directives
+        if item.add_model is not None
+    }
+    result = []
+    for item in found:
+        name = plant.GetModelInstanceName(item.instances[0])
+        file = by_name.get(name, "")
+        result.append(Loaded(_local(parser, file) or item.path, item.instances))
+    return result
+
+
+def _resolve(directives: ModelDirectives, folder: Path) -> None:
+    """A file without a scheme is relative to the directives' own folder, as Drake's are not."""
+    for item in directives.directives:
+        for part in (item.add_model, item.add_directives):
+            if part is None or "://" in part.file:
+                continue
+            place = folder / part.file.removeprefix("file:")
+            if not place.is_file():
+                raise InputError("limb: model", str(part.file), f"a file that is there ({place})")
+            part.file = place.resolve().as_uri()
+
+
+def _local(parser: Parser, uri: str) -> Path | None:
+    if uri.startswith("file://"):
+        from urllib.parse import unquote, urlparse
+
+        return Path(unquote(urlparse(uri).path))
+    found = _PACKAGE.match(uri)
+    if found and parser.package_map().Contains(found[1]):
+        return Path(parser.package_map().GetPath(found[1])) / uri[found.end() :]
+    return None
+
+
+def _add_packages(known: PackageMap, path: Path, packages: Mapping[str, str | Path]) -> None:
+    add_to_package_map(known)
+    for name, folder in packages.items():
+        if not Path(folder).is_dir():
+            raise InputError(f"limb: packages.{name}", Path(folder), "a folder that is there")
+        if not known.Contains(name):
+            known.Add(name, str(Path(folder).resolve()))
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(
+            "limb: model", path, f"a file that can be read ({error.strerror})"
+        ) from None
+    for name in dict.fromkeys(_PACKAGE.findall(text)):
+        if known.Contains(name):
+            continue
+        for folder in path.resolve().parents:
+            named = folder.name == name or _package_name(folder) == name
+            inside = folder / name
+            if named or inside.is_dir():
+                known.Add(name, str(folder if named else inside))
+                break
+
+
+def _package_name(folder: Path) -> str:
+    try:
+        text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+    found = re.search(r"<name>\s*([^<\s]+)\s*</name>", text)
+    return found[1] if found else ""
+
+
+_WORDS = (
+    (
+        re.compile(r"refers to unknown package '([^']+)'"),
+        "a file whose packages are known: packages: {{{0}: FOLDER}}",
+    ),
+    (
+        re.compile(r"already contains a (body|joint|frame) named '([^']+)'"),
+        "a model with names of its own: it has two of the {0} {1}",
+    ),
+    (
+        re.compile(r"Could not find link named '([^']+)'.*element '([^']+)'"),
+        "a model that has every link it names: joint {1} asks for the link {0}",
+    ),
+    (
+        re.compile(r"XML_ERROR|Error reading element|not well-formed"),
+        "well-formed XML",
+    ),
+)
+
+
+def _in_words(message: str) -> str:
+    """What to do about a message of Drake's, and the message."""
+    lines = [line for line in message.strip().splitlines() if line.strip()] or ["no reason given"]
+    reason = one_line(lines[0], 240)
+    for pattern, text in _WORDS:
+        if found := pattern.search(message):
+            groups = [group for group in found.groups() if group]
+            return f"{text.format(*groups)} ({reason})"
+    return f"a model that Drake can parse ({reason})"
