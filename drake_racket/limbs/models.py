@@ -87,14 +87,28 @@ def add_limb_model(
     kind = path.name.lower()
     if not kind.endswith(SUFFIXES):
         raise InputError("limb: model", path, f"upper_limb, or a path ending in {SUFFIXES}")
-    if not path.is_file():
-        raise InputError("limb: model", path, "a file that can be read")
     if keyframe and not kind.endswith(MUJOCO):
         raise InputError("limb: keyframe", keyframe, "of a MuJoCo model only")
+    if not path.is_file():
+        raise InputError("limb: model", path, "a file that can be read")
     if kind.endswith(MUJOCO):
-        limb = _add_mujoco(plant, path, hand, base, X_WB, keyframe)
-    elif kind.endswith(OPENSIM):
-        limb = _add_opensim(plant, path, hand, base, X_WB)
+        from drake_racket.limbs.mujoco.file import add_mujoco_limb
+
+        limb = add_mujoco_limb(
+            plant,
+            path,
+            hand,
+            base=base,
+            X_WB=X_WB,
+            locked=locked,
+            initial_deg=initial_deg,
+            keyframe=keyframe,
+        )
+        return settle_joints(plant, limb)
+    if kind.endswith(OPENSIM):
+        from drake_racket.limbs.opensim.importer import import_opensim
+
+        limb = import_opensim(plant, path, hand=hand, base=base or None, X_WB=X_WB).limb
     else:
         limb = _add_drake(plant, path, hand, base, X_WB, packages or {})
     return settle_joints(plant, limb, locked=locked, initial_deg=initial_deg)
@@ -121,27 +135,6 @@ def _add_drake(
     if plant.num_constraints() - constraints > len(ties):
         _check_loops(plant, limb, loaded)
     return limb
-
-
-def _add_mujoco(
-    plant: MultibodyPlant,
-    path: Path,
-    hand: str,
-    base: str,
-    X_WB: RigidTransform | None,
-    keyframe: str,
-) -> Limb:
-    from drake_racket.limbs.mujoco.file import add_mujoco_limb
-
-    return add_mujoco_limb(plant, path, hand, base=base, X_WB=X_WB, keyframe=keyframe)
-
-
-def _add_opensim(
-    plant: MultibodyPlant, path: Path, hand: str, base: str, X_WB: RigidTransform | None
-) -> Limb:
-    from drake_racket.limbs.opensim.importer import import_opensim
-
-    return import_opensim(plant, path, hand=hand, base=base or None, X_WB=X_WB).limb
 
 
 def _ties(plant: MultibodyPlant, loaded: Sequence[Loaded]) -> list[Tie]:

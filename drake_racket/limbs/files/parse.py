@@ -62,43 +62,48 @@ def load_files(
 
 
 def _directives(parser: Parser, path: Path) -> list[Loaded]:
-    directives = LoadModelDirectives(str(path))
-    _resolve(directives, path.parent)
-    found = []
-    for info in ProcessModelDirectives(directives, parser):
-        where = Path(info.model_path) if info.model_path else path
-        found.append(Loaded(where, (info.model_instance,)))
-    plant = parser.plant()
-    by_name = {
-        item.add_model.name: item.add_model.file
+    directives = _resolved(path)
+    files = {
+        item.add_model.name: _local(parser, item.add_model.file)
         for item in directives.directives
         if item.add_model is not None
     }
-    result = []
-    for item in found:
-        name = plant.GetModelInstanceName(item.instances[0])
-        file = by_name.get(name, "")
-        result.append(Loaded(_local(parser, file) or item.path, item.instances))
-    return result
+    plant = parser.plant()
+    found = []
+    for info in ProcessModelDirectives(directives, parser):
+        name = plant.GetModelInstanceName(info.model_instance)
+        found.append(Loaded(files.get(name) or path, (info.model_instance,)))
+    return found
 
 
-def _resolve(directives: ModelDirectives, folder: Path) -> None:
-    """A file without a scheme is relative to the directives' own folder, as Drake's are not."""
+def _resolved(path: Path) -> ModelDirectives:
+    """The directives of a file, and of those it includes, with their files' places in full.
+
+    A file without a scheme is relative to its directives' own folder; Drake takes none.
+    """
+    directives = LoadModelDirectives(str(path))
+    whole = []
     for item in directives.directives:
         for part in (item.add_model, item.add_directives):
             if part is None or "://" in part.file:
                 continue
-            place = folder / part.file.removeprefix("file:")
+            place = path.parent / part.file.removeprefix("file:")
             if not place.is_file():
                 raise InputError("limb: model", str(part.file), f"a file that is there ({place})")
-            part.file = place.resolve().as_uri()
+            part.file = f"file://{place.resolve()}"
+        inner = item.add_directives
+        if inner is not None and inner.file.startswith("file://") and not inner.model_namespace:
+            whole += _resolved(Path(inner.file.removeprefix("file://"))).directives
+        else:
+            whole.append(item)
+    directives.directives = whole
+    return directives
 
 
 def _local(parser: Parser, uri: str) -> Path | None:
+    """The file that a URI stands for; None for one that is not known here."""
     if uri.startswith("file://"):
-        from urllib.parse import unquote, urlparse
-
-        return Path(unquote(urlparse(uri).path))
+        return Path(uri.removeprefix("file://"))
     found = _PACKAGE.match(uri)
     if found and parser.package_map().Contains(found[1]):
         return Path(parser.package_map().GetPath(found[1])) / uri[found.end() :]

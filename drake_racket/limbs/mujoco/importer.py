@@ -162,7 +162,7 @@ def import_mujoco(
     if keyframe is not None:
         at = keyframe_positions(compiled, keyframe) | at
     tree = read_tree(compiled, root=root, couplings=couplings, locked=locked or {}, reference=at)
-    hand_body, X_BS = _hand(tree, hand)
+    hand_body, X_BS = hand_of(tree, hand)
     _check_tree(tree)
     if couplings != "keep":
         check_loops(tree)
@@ -206,8 +206,8 @@ def _check_tree(tree: Tree) -> None:
             heavy.add(body.parent)
 
 
-def _hand(tree: Tree, hand: str | None) -> tuple[int, RigidTransform]:
-    """Id of the body that holds the racket, and where on it."""
+def hand_of(tree: Tree, hand: str | None) -> tuple[int, RigidTransform]:
+    """Gives the id of the body that holds the racket, and where on it."""
     if hand is None:
         parents = {body.parent for body in tree.bodies}
         ends = [body for body in tree.bodies if body.id not in parents]
