@@ -5,6 +5,7 @@ from __future__ import annotations
 from drake_racket.cases.case import Case, resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.engines.drake.engine import run_drake
+from drake_racket.io.progress import Report
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult, make_result
 
@@ -14,6 +15,7 @@ def simulate(
     system: ImpactDiagram | None = None,
     *,
     history: bool = True,
+    progress: Report | None = None,
 ) -> ImpactResult:
     """Simulates one impact.
 
@@ -23,6 +25,7 @@ def simulate(
             scenario's topology.
         history: record motion and energies at every step; without it `ImpactResult.history` and
             what is read from it are None, and the balance is that of the end alone.
+        progress: called as the run goes on; `done` and `total` are its milliseconds.
 
     Raises:
         InputError: the scenario is not valid or needs another Diagram.
@@ -31,4 +34,6 @@ def simulate(
     """
     case = resolve(scenario or Scenario())
     system = system or make_impact_diagram(case)
-    return make_result(case, run_drake(case, system, every_sample=history), history=history)
+    return make_result(
+        case, run_drake(case, system, every_sample=history, progress=progress), history=history
+    )

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drake_racket.cli.console import new_console, working
+from drake_racket.cli.console import ending_on_signals, new_console, showing, working
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
 
 if TYPE_CHECKING:
+    from drake_racket.cases.case import Case
     from drake_racket.results.impact import ImpactResult
 
 
@@ -59,7 +61,6 @@ def impact(
     """Simulates one impact. Options override the scenario file."""
     from drake_racket.cases.case import load_scenario, resolve
     from drake_racket.parameters.scenario import Scenario
-    from drake_racket.simulation import simulate
 
     given = {
         "racket": racket,
@@ -79,14 +80,32 @@ def impact(
     suffixes = _history_formats(formats)
     if out is not None:
         check_directory(out, "--out")
-    with working("simulating"):
-        result = simulate(case)
+    result = _simulated(case)
     with working("writing"):
         written = [] if out is None else _write(result, out, suffixes)
     if as_json:
         print(json.dumps(result.to_json(), allow_nan=False))
     else:
         _print_summary(result, written)
+
+
+def _simulated(case: Case) -> ImpactResult:
+    """Runs the case; a slow or unstable one says so first, and then how far it is."""
+    from drake_racket.cases.effort import effort, unstable
+    from drake_racket.simulation import simulate
+
+    slow = effort(case).slow()
+    for text in (slow, unstable(case)):
+        if text:
+            print(f"drake-racket: {text}", file=sys.stderr, flush=True)
+    if not slow:
+        with working("simulating"):
+            return simulate(case)
+    with (
+        ending_on_signals("nothing is written"),
+        showing(lambda p: f"{p.done:.1f} of {p.total:g} ms") as report,
+    ):
+        return simulate(case, progress=report)
 
 
 def _history_formats(text: str | None) -> list[str]:

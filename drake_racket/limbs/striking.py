@@ -151,10 +151,10 @@ class StrikingLimb:
                 settings.stroke,
                 held_frame=grip.racket_frame if grip.joint is None else None,
             )
-            apply_stroke(plant, context, self.limb, racket, state)
+        apply_stroke(plant, context, self.limb, racket, state)
+        if key not in self._strokes:
             check_inertia(plant, context)
             self._strokes[key] = state
-        apply_stroke(plant, context, self.limb, racket, state)
         if self.torques.source is not None:
             torques = initial_torques(settings.joint_torques, plant, context, self.limb, racket)
             self.torques.set(root, torques)

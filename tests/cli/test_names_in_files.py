@@ -160,3 +160,12 @@ def test_a_line_break_in_a_name_is_refused(named, tmp_path):
     with pytest.raises(InputError, match="no line break"):
         write_history(odd, tmp_path / "log.csv")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("text", ["x", "{}", "[1]", 3])
+def test_a_broken_list_of_sliding_joints_is_refused(named, tmp_path, text):
+    odd = named.copy()
+    odd["joint"].attrs["prismatic"] = text
+    write_history(odd, tmp_path / "log.nc")
+    with pytest.raises(InputError, match="prismatic"):
+        read_history(tmp_path / "log.nc")
