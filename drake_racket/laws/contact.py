@@ -122,6 +122,7 @@ def relative_motion(x_s: Any, x_q: Any, v_s: Any, v_q: Any) -> Any:
     return p, v
 
 
+@compilable
 def contact_powers(p: Any, v: Any, force: Any, cb: Any, w: Any) -> Any:
     """Gives the power (W) lost in the ball's damper, lost to friction, and gained from the couple.
 

@@ -17,13 +17,17 @@ from typing import Any
 
 import numpy as np
 
+from drake_racket.laws.compilation import compilable
 
+
+@compilable
 def _beyond(q: Any, lower: Any, upper: Any) -> tuple[Any, Any]:
     """Angles (rad) beyond the lower and the upper end, 0 inside."""
     zero = 0.0 * q
     return np.maximum(lower - q, zero), np.maximum(q - upper, zero)
 
 
+@compilable
 def limit_torques(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, damping: Any) -> Any:
     """Computes the limits' torques (N m); arguments and result have one entry per joint."""
     below, above = _beyond(q, lower, upper)
@@ -32,12 +36,14 @@ def limit_torques(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, dampin
     return up - stiffness * above * np.maximum(1.0 + damping * v, zero)
 
 
+@compilable
 def limit_energies(q: Any, lower: Any, upper: Any, stiffness: Any) -> Any:
     """Gives the energy (J) that each joint's limits hold."""
     below, above = _beyond(q, lower, upper)
     return 0.5 * stiffness * (below * below + above * above)
 
 
+@compilable
 def limit_losses(q: Any, v: Any, lower: Any, upper: Any, stiffness: Any, damping: Any) -> Any:
     """Gives power (W) lost at each joint's limits: what the torque takes, less the spring's."""
     below, above = _beyond(q, lower, upper)

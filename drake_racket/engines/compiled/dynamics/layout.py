@@ -1,0 +1,179 @@
+"""Says where each number of a compiled model stands: columns of its tables.
+
+A model is two flat vectors, one of integers (what hangs where) and one of floats (masses, lengths,
+constants). A table is a block of one of them, seen as rows; `Tables` lists the blocks in order. One
+vector of floats is one case: a batch of cases shares the integers.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drake_racket.laws.compilation import compilable
+
+# ---- kinds of nodes: one for each degree of freedom, or for a body that is free in the world
+REVOLUTE, PRISMATIC, SCREW, SPIN, QUATERNION, RPY, WELD, FREE_QUATERNION, FREE_RPY = range(9)
+"""REVOLUTE, PRISMATIC, SCREW: about or along an axis of the frame F on the parent. SPIN: rotation
+about an axis of F that F carries; the third spin of a ball joint is QUATERNION or RPY and has the
+rotation. WELD: none, kept since its load is asked for. FREE_*: six, of a body free in the world."""
+
+# ---- nodes, integers
+PARENT, CARRIER, KIND, AXIS, Q, V = range(6)
+NODE_INTS = 6
+"""PARENT: the node inboard, -1 for the world. CARRIER: the node that the axis moves with. AXIS: 0
+to 2, of F. Q, V: where its coordinates and velocities begin in q and in v."""
+
+# ---- nodes, floats
+R_PF, P_PF, MASS, COM, MOMENTS, PITCH, DAMPING, SPRING, NOMINAL, ROTOR, WEIGHT = (
+    0,
+    9,
+    12,
+    13,
+    16,
+    22,
+    23,
+    29,
+    30,
+    31,
+    32,
+)
+NODE_FLOATS = 36
+"""Pose of F in the parent (9 + 3); mass, mass centre (3) and moments xx, yy, zz, xy, xz, yz about
+the node's origin (6); pitch (m/rad); damping (6 of a free node, else 1); spring, its nominal place;
+rotor; mass that gravity pulls, and its first moments (4)."""
+
+# ---- nodes, work
+ROT, POS, SUB, VEL, BIAS, ART, FORCE, GAIN, PIVOT, DRIVE, ACC, OWN = (
+    0,
+    9,
+    12,
+    18,
+    24,
+    30,
+    51,
+    57,
+    63,
+    64,
+    65,
+    71,
+)
+NODE_WORK = 77
+"""Rotation (9) and place (3) in the world; motion subspace, velocity, bias (6 each); articulated
+inertia (21); bias force (6); U = I S (6), D, u; acceleration (6); force that acts on the node from
+outside (6). Spatial vectors are about one point, rotational part first, in the world's axes."""
+
+# ---- point masses on prismatic joints: the strings
+LEAF_INTS = 3  # PARENT, and
+LEAF_Q, LEAF_V = 1, 2
+LEAF_PLACE, LEAF_AXIS, LEAF_MASS, LEAF_WEIGHT, LEAF_DAMPING = 0, 3, 6, 7, 8
+LEAF_FLOATS = 9
+PUSH, PULL, DRAG, RATE = 9, 12, 13, 16
+LEAF_WORK = 17
+"""Place (3) and axis (3) in the world, velocity (3), outside force (3), force along the axis, what
+the motion at v' = 0 leaves of the outside force (3), and rate along the axis."""
+
+# ---- bushings
+BUSHING_INTS = 2  # nodes of A and of C
+R_NA, P_NA, R_NC, P_NC, TORQUE_K, TORQUE_D, FORCE_K, FORCE_D = 0, 9, 12, 21, 24, 27, 30, 33
+BUSHING_FLOATS = 36
+
+# ---- contacts
+LEAF_0, POINTS, BALL, MIDDLE, GRID_0 = range(5)
+CONTACT_INTS = 5
+"""First leaf and number of points of the bed; the ball's node; the point nearest the centre
+(from 1); where its points begin in the table of points."""
+BALL_LAW, SCALES, CHOICES, RIM, R_HS, P_BALL = 0, 6, 8, 11, 13, 22
+CONTACT_FLOATS = 25
+"""Parameters of the BallContact; rim (2); axes of the strings in the head's node (9); the ball's
+centre in its node (3)."""
+POINT_FLOATS = 3
+"""Place x, y of a point in the head's axes, and mu."""
+
+# ---- limits of joints
+LIMIT_INTS, LIMIT_FLOATS = 2, 4
+
+# ---- losses of frame and limb: place in v; damping
+LOSS_INTS, LOSS_FLOATS = 1, 1
+
+HEADER = 12
+"""Integers before the tables: numbers of nodes, leaves, bushings, springs, contacts, points,
+limits, frame losses, limb losses, positions, velocities; and the grip's bushing, or -1."""
+(
+    NODES,
+    LEAVES,
+    BUSHINGS,
+    SPRINGS,
+    CONTACTS,
+    ALL_POINTS,
+    LIMITS,
+    FRAME_LOSSES,
+    LIMB_LOSSES,
+    POSITIONS,
+    VELOCITIES,
+    GRIP_BUSHING,
+) = range(HEADER)
+
+GLOBALS = 4
+"""Floats before the tables: gravity (3); 1 if the strings are damped."""
+
+
+@compilable
+def open_model(ints: Any, floats: Any) -> Any:
+    """Gives the tables of a model as views of its two vectors, in a fixed order.
+
+    Returns:
+        nodes, leaves, bushings, ends of springs (2, m), contacts, limits, frame losses, limb
+        losses (integers); nodes, leaves, bushings, springs (4, m), contacts, points, limits, losses
+        of frame and limb, torques on all velocities (floats).
+
+    """
+    n, l, b, s = ints[NODES], ints[LEAVES], ints[BUSHINGS], ints[SPRINGS]
+    c, p, j = ints[CONTACTS], ints[ALL_POINTS], ints[LIMITS]
+    fr, li, nv = ints[FRAME_LOSSES], ints[LIMB_LOSSES], ints[VELOCITIES]
+    i0 = HEADER
+    i1 = i0 + n * NODE_INTS
+    i2 = i1 + l * LEAF_INTS
+    i3 = i2 + b * BUSHING_INTS
+    i4 = i3 + 2 * s
+    i5 = i4 + c * CONTACT_INTS
+    i6 = i5 + j * LIMIT_INTS
+    i7 = i6 + fr
+    i8 = i7 + li
+    f0 = GLOBALS
+    f1 = f0 + n * NODE_FLOATS
+    f2 = f1 + l * LEAF_FLOATS
+    f3 = f2 + b * BUSHING_FLOATS
+    f4 = f3 + 4 * s
+    f5 = f4 + c * CONTACT_FLOATS
+    f6 = f5 + p * POINT_FLOATS
+    f7 = f6 + j * LIMIT_FLOATS
+    f8 = f7 + fr
+    f9 = f8 + li
+    f10 = f9 + nv
+    return (
+        ints[i0:i1].reshape(n, NODE_INTS),
+        ints[i1:i2].reshape(l, LEAF_INTS),
+        ints[i2:i3].reshape(b, BUSHING_INTS),
+        ints[i3:i4].reshape(2, s),
+        ints[i4:i5].reshape(c, CONTACT_INTS),
+        ints[i5:i6].reshape(j, LIMIT_INTS),
+        ints[i6:i7],
+        ints[i7:i8],
+        floats[f0:f1].reshape(n, NODE_FLOATS),
+        floats[f1:f2].reshape(l, LEAF_FLOATS),
+        floats[f2:f3].reshape(b, BUSHING_FLOATS),
+        floats[f3:f4].reshape(4, s),
+        floats[f4:f5].reshape(c, CONTACT_FLOATS),
+        floats[f5:f6].reshape(p, POINT_FLOATS),
+        floats[f6:f7].reshape(j, LIMIT_FLOATS),
+        floats[f7:f8],
+        floats[f8:f9],
+        floats[f9:f10],
+    )
+
+
+def work_of(ints: Any) -> tuple[Any, Any]:
+    """Gives the work arrays of one evaluation: of nodes and of leaves."""
+    return np.zeros((ints[NODES], NODE_WORK)), np.zeros((ints[LEAVES], LEAF_WORK))

@@ -1,0 +1,208 @@
+"""Computes the rates of a model's state: positions, velocities, and what is lost on the way.
+
+The state y is [q; v; totals]: no totals, nine of `laws.totals`, or twelve with a limb.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.forces import (
+    back,
+    bushing_forces,
+    contact_force,
+    joint_forces,
+    limit_forces,
+    string_forces,
+)
+from drake_racket.engines.compiled.dynamics.layout import VEL
+from drake_racket.engines.compiled.dynamics.motion import move_leaves, move_nodes
+from drake_racket.engines.compiled.dynamics.solve import leaves_in, leaves_out, nodes_in, nodes_out
+from drake_racket.laws.compilation import compilable
+from drake_racket.laws.contact import CONTACT, contact_powers
+from drake_racket.laws.limits import limit_losses
+from drake_racket.laws.phases import AT_BALL, CB, PHASE
+from drake_racket.laws.strings import spring_law
+from drake_racket.laws.totals import (
+    COUPLE,
+    GRIP,
+    IMPULSE,
+    LOST_BALL,
+    LOST_FRICTION,
+    LOST_JOINT,
+    LOST_JOINTS,
+    LOST_LIMITS,
+    LOST_STRINGS,
+    TORQUE_WORK,
+    TOTALS,
+)
+
+IMPULSE_AT = IMPULSE.start
+
+
+@compilable
+def set_origin(model: Any, y: Any, origin: Any) -> None:
+    """Puts the fixed point where the first ball is, if that is free in the world; else 0."""
+    nodes, contacts, numbers = model[0], model[4], model[8]
+    for k in range(3):
+        origin[k] = 0.0
+    if len(contacts) == 0:
+        return
+    i = contacts[0, at.BALL]
+    kind, q = nodes[i, at.KIND], nodes[i, at.Q]
+    if kind >= at.FREE_QUATERNION:
+        q += 4 if kind == at.FREE_QUATERNION else 3
+        n = numbers[i]
+        for k in range(3):
+            origin[k] = n[at.P_PF + k]
+            for j in range(3):
+                origin[k] += n[3 * k + j] * y[q + j]
+
+
+@compilable
+def move(model: Any, floats: Any, y: Any, nq: int, origin: Any, w: Any, leaves: Any) -> None:
+    """Writes the motion of all nodes and point masses into their work rows."""
+    set_origin(model, y, origin)
+    move_nodes(model[0], model[8], floats, y, nq, origin, w)
+    move_leaves(model[1], model[9], floats, y, nq, origin, w, leaves)
+
+
+@compilable
+def rates_of_positions(ints: Any, y: Any, nq: int, leaf_ints: Any, f: Any) -> None:
+    """Writes q' into f: v where a coordinate is an angle or a length, else Drake's N(q) v."""
+    for i in range(len(leaf_ints)):
+        f[leaf_ints[i, at.LEAF_Q]] = y[nq + leaf_ints[i, at.LEAF_V]]
+    for i in range(len(ints)):
+        kind, q, v = ints[i, at.KIND], ints[i, at.Q], nq + ints[i, at.V]
+        if kind <= at.SCREW:
+            f[q] = y[v]
+        elif kind == at.WELD or kind == at.SPIN:
+            continue
+        else:
+            free = kind >= at.FREE_QUATERNION
+            first = v if free else v - 2
+            w0, w1, w2 = y[first], y[first + 1], y[first + 2]
+            if kind == at.QUATERNION or kind == at.FREE_QUATERNION:
+                a, b, c, d = y[q], y[q + 1], y[q + 2], y[q + 3]
+                f[q] = -0.5 * (b * w0 + c * w1 + d * w2)
+                f[q + 1] = 0.5 * (a * w0 + d * w1 - c * w2)
+                f[q + 2] = 0.5 * (a * w1 - d * w0 + b * w2)
+                f[q + 3] = 0.5 * (a * w2 + c * w0 - b * w1)
+                q += 4
+            else:
+                c1, s1 = math.cos(y[q + 1]), math.sin(y[q + 1])
+                c2, s2 = math.cos(y[q + 2]), math.sin(y[q + 2])
+                along = (c2 * w0 + s2 * w1) / c1
+                f[q] = along
+                f[q + 1] = c2 * w1 - s2 * w0
+                f[q + 2] = s1 * along + w2
+                q += 3
+            if free:
+                for k in range(3):
+                    f[q + k] = y[v + 3 + k]
+
+
+@compilable
+def _lost_in_strings(model: Any, y: Any, nq: int) -> Any:
+    """Sum of c (dL/dt)^2 (W)."""
+    leaves, ends, springs = model[1], model[3], model[11]
+    lost = 0.0
+    for s in range(ends.shape[1]):
+        i, j = ends[0, s], ends[1, s]
+        dz, rate = y[leaves[i, at.LEAF_Q]], y[nq + leaves[i, at.LEAF_V]]
+        if j >= 0:
+            dz -= y[leaves[j, at.LEAF_Q]]
+            rate -= y[nq + leaves[j, at.LEAF_V]]
+        slope, _ = spring_law(dz, rate, springs[0, s], springs[1, s], springs[2, s], springs[3, s])
+        lost += springs[3, s] * slope * rate * slope * rate
+    return lost
+
+
+@compilable
+def _limb_powers(model: Any, y: Any, nq: int, f: Any, first: int) -> None:
+    """Powers of the limb's torques, lost in its joints, and at their limits."""
+    limits, rows = model[5], model[14]
+    limb, damping, torques = model[7], model[16], model[17]
+    work, lost, ended = 0.0, 0.0, 0.0
+    for i in range(len(limb)):
+        rate = y[nq + limb[i]]
+        work += torques[limb[i]] * rate
+        lost += damping[i] * rate * rate
+    for i in range(len(limits)):
+        n = rows[i]
+        q = y[limits[i, 0]]
+        if n[0] < q < n[1]:
+            continue
+        ended += limit_losses(q, y[nq + limits[i, 1]], n[0], n[1], n[2], n[3])
+    f[first + TORQUE_WORK], f[first + LOST_JOINTS] = work, lost
+    f[first + LOST_LIMITS] = ended
+
+
+@compilable
+def rates(
+    ints: Any,
+    floats: Any,
+    model: Any,
+    y: Any,
+    records: Any,
+    origin: Any,
+    w: Any,
+    leaves: Any,
+    tau: Any,
+    f: Any,
+) -> None:
+    """Writes the rates of the state y into f.
+
+    Args:
+        ints, floats: the model.  model: their tables (`layout.open_model`).
+        records: (contacts, 15) of `laws.phases`.
+        origin, w, leaves, tau: work: (3,), of nodes, of leaves, and one number per velocity.
+
+    """
+    nodes, leaf_ints = model[0], model[1]
+    nq, nv = ints[at.POSITIONS], ints[at.VELOCITIES]
+    first = nq + nv
+    audit = len(y) > first
+    move(model, floats, y, nq, origin, w, leaves)
+    joint_forces(nodes, model[8], y, nq, model[17], tau)
+    limit_forces(model[5], model[14], y, nq, tau)
+    string_forces(leaf_ints, model[9], model[3], model[11], y, nq, tau)
+    taken = bushing_forces(model[2], model[10], w, origin, ints[at.GRIP_BUSHING])
+    if audit:
+        for k in range(first, len(y)):
+            f[k] = 0.0
+    for i in range(len(model[4])):
+        if records[i, PHASE] != CONTACT:
+            continue
+        c, n, record = model[4][i], model[12][i], records[i]
+        head = leaf_ints[c[at.LEAF_0], 0]
+        p, v, force, on_ball, r = contact_force(c, n, head, w, leaves, record)
+        if audit and i == 0:
+            turning = (0.0, 0.0, 0.0)
+            if head >= 0 and record[AT_BALL] < 0.5:
+                a = w[head]
+                turning = back(r, (a[VEL], a[VEL + 1], a[VEL + 2]))
+            # in contact until the event, whatever sign a stage past it has: the rate stays smooth
+            pushing = (force[0], force[1], max(force[2], 1e-300))
+            lost_ball, lost_friction, couple = contact_powers(p, v, pushing, record[CB], turning)
+            f[first + LOST_BALL], f[first + LOST_FRICTION] = lost_ball, lost_friction
+            f[first + COUPLE] = couple
+            for k in range(3):
+                f[first + IMPULSE_AT + k] = on_ball[k]
+    leaves_in(leaf_ints, model[9], w, leaves, tau)
+    nodes_in(nodes, model[8], w, tau)
+    nodes_out(nodes, model[8], w, tau, f[nq:first])
+    leaves_out(leaf_ints, model[9], w, leaves, f[nq:first])
+    rates_of_positions(nodes, y, nq, leaf_ints, f)
+    if audit:
+        losses, damping = model[6], model[15]
+        for i in range(len(losses)):
+            rate = y[nq + losses[i]]
+            f[first + LOST_JOINT] += damping[i] * rate * rate
+        if floats[3] > 0.5:
+            f[first + LOST_STRINGS] = _lost_in_strings(model, y, nq)
+        f[first + GRIP] = taken
+        if len(y) > first + TOTALS:
+            _limb_powers(model, y, nq, f, first + TOTALS)

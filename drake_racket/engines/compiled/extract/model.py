@@ -1,0 +1,184 @@
+"""Reads a model of flat arrays from a finalized plant, its Context and the systems beside it.
+
+Values come from the Context. Bodies that are welded together become one node; the racket's string
+masses become point masses on prismatic joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    ForceElementIndex,
+    Joint,
+    LinearBushingRollPitchYaw,
+    PrismaticSpring,
+    RevoluteSpring,
+    UniformGravityFieldElement,
+)
+from pydrake.systems.framework import Context
+
+from drake_racket.engines.compiled.extract.numbers import read_numbers
+from drake_racket.engines.compiled.extract.tree import Tree
+from drake_racket.io.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model is what the kernel runs on; `layout` says where each number stands.
+
+    Attributes:
+        ints: structure.  floats: numbers of one case.
+        tree: where the bodies are.
+
+    """
+
+    ints: NDArray[np.int64]
+    floats: Array
+    tree: Tree
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """The wiring says what acts on a plant beside its own elements.
+
+    Attributes:
+        impacts: rackets with their string-beds and contacts.
+        limits: JointLimits systems.
+        torques: constant force on each velocity (nv,), N m or N.
+        frame_losses, limb_losses: places in v and dampings of the joints whose losses are summed.
+        grip: index of the grip's bushing among the plant's force elements; None without one.
+        kept_welds: joints whose load is asked for.
+
+    """
+
+    impacts: Sequence[Any] = ()
+    limits: Sequence[Any] = ()
+    torques: Array | None = None
+    frame_losses: Sequence[tuple[int, float]] = ()
+    limb_losses: Sequence[tuple[int, float]] = ()
+    grip: int | None = None
+    kept_welds: Sequence[Joint] = ()
+
+
+def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
+    """Reads a model from a plant and a Context of the Diagram that holds it.
+
+    Raises:
+        InputError: what the compiled engine cannot honour, by name.
+
+    """
+    context = plant.GetMyContextFromRoot(root)
+    _check_plant(plant)
+    leaves = [j for impact in wiring.impacts for j in impact.racket.string_joints]
+    tree = Tree(plant, context, leaves, wiring.kept_welds)
+    bushings, springs = _elements(plant)
+    grip = -1
+    for row, bushing in enumerate(bushings):
+        if wiring.grip is not None and int(bushing.index()) == wiring.grip:
+            grip = row
+    ints: list[Any] = [
+        _node_ints(tree),
+        [
+            (leaf.parent, leaf.joint.position_start(), leaf.joint.velocity_start())
+            for leaf in tree.leaves
+        ],
+        [
+            (
+                tree.place[int(b.frameA().body().index())][0],
+                tree.place[int(b.frameC().body().index())][0],
+            )
+            for b in bushings
+        ],
+    ]
+    leaf_of = {int(leaf.joint.index()): row for row, leaf in enumerate(tree.leaves)}
+    ends, contacts, points = [], [], 0
+    for impact in wiring.impacts:
+        rows = np.array([leaf_of[int(j.index())] for j in impact.racket.string_joints])
+        own = impact.string_bed.model.topology.ends
+        ends.append(np.where(own >= 0, rows[own], -1))
+        if impact.contact is not None:
+            middle = impact.contact._middle
+            ball, _ = tree.place[int(impact.ball.body.index())]
+            contacts.append((rows[0], len(rows), ball, middle, points))
+            points += len(rows)
+    limits = [
+        (q, v - plant.num_positions())
+        for system in wiring.limits
+        for q, v in zip(
+            system.at.positions, system.at.num_positions + system.at.velocities, strict=True
+        )
+    ]
+    ints += [
+        np.concatenate(ends, axis=1) if ends else np.zeros((2, 0), dtype=np.int64),
+        contacts,
+        limits,
+        [v for v, _ in wiring.frame_losses],
+        [v for v, _ in wiring.limb_losses],
+    ]
+    header = [
+        len(tree.nodes),
+        len(tree.leaves),
+        len(bushings),
+        int(np.asarray(ints[3]).shape[1]),
+        len(contacts),
+        points,
+        len(limits),
+        len(wiring.frame_losses),
+        len(wiring.limb_losses),
+        plant.num_positions(),
+        plant.num_velocities(),
+        grip,
+    ]
+    flat = [np.asarray(part, dtype=np.int64).ravel() for part in (header, *ints)]
+    return Model(np.concatenate(flat), read_numbers(tree, root, wiring, bushings, springs), tree)
+
+
+def numbers_of(model: Model, root: Context, wiring: Wiring) -> Array:
+    """Reads the floats of another Context into the same structure."""
+    bushings, springs = _elements(model.tree.plant)
+    return read_numbers(model.tree, root, wiring, bushings, springs)
+
+
+def _check_plant(plant: MultibodyPlant) -> None:
+    if plant.time_step() > 0.0:
+        raise InputError(
+            "compiled engine: plant",
+            f"a time step of {plant.time_step():g} s",
+            "a continuous plant (time_step: 0)",
+        )
+    if plant.num_constraints():
+        raise InputError(
+            "compiled engine: plant",
+            f"{plant.num_constraints()} constraints",
+            "no constraints (engine: drake, time_step > 0)",
+        )
+
+
+def _node_ints(tree: Tree) -> list[tuple[int, ...]]:
+    return [(n.parent, n.carrier, n.kind, n.axis, n.q, n.v) for n in tree.nodes]
+
+
+def _elements(plant: MultibodyPlant) -> tuple[list[Any], list[Any]]:
+    """The plant's bushings, and the springs on its joints; any other element is refused."""
+    bushings, springs = [], []
+    for i in range(plant.num_force_elements()):
+        element = plant.get_force_element(ForceElementIndex(i))
+        if isinstance(element, LinearBushingRollPitchYaw):
+            bushings.append(element)
+        elif isinstance(element, (RevoluteSpring, PrismaticSpring)):
+            springs.append(element)
+        elif not isinstance(element, UniformGravityFieldElement):
+            raise InputError(
+                "compiled engine: force element",
+                type(element).__name__,
+                "bushings, springs on joints and gravity (engine: drake)",
+            )
+    return bushings, springs
