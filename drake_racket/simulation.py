@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+from collections import OrderedDict
+from typing import Any
+
 from drake_racket.cases.case import Case, resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.engines.drake.engine import run_drake
@@ -21,8 +25,8 @@ def simulate(
 
     Args:
         scenario: the case (the default: tour racket, free, centre, 25 m/s).
-        system: a Diagram from `make_impact_diagram` to use again; built if None. It must have the
-            scenario's topology.
+        system: a Diagram from `make_impact_diagram` to use again. It must have the scenario's
+            topology. None: one of an earlier call with that topology, or a new one.
         history: record motion and energies at every step; without it `ImpactResult.history` and
             what is read from it are None, and the balance is that of the end alone.
         progress: called as the run goes on; `done` and `total` are its milliseconds.
@@ -33,7 +37,25 @@ def simulate(
 
     """
     case = resolve(scenario or Scenario())
-    system = system or make_impact_diagram(case)
+    system = system or _kept(case)
     return make_result(
         case, run_drake(case, system, every_sample=history, progress=progress), history=history
     )
+
+
+_MOST_KEPT = 4
+_systems: OrderedDict[tuple[Any, ...], ImpactDiagram] = OrderedDict()
+"""The Diagrams of the last calls, by topology: on Drake 1.51 what is built is never freed."""
+
+
+def _kept(case: Case) -> ImpactDiagram:
+    """A Diagram for the case; one of an earlier call, but of a limb's file, which may change."""
+    if case.limb_hash:
+        return make_impact_diagram(case)
+    key = (os.getpid(), case.topology)  # a forked process builds its own
+    if key not in _systems:
+        _systems[key] = make_impact_diagram(case)
+    _systems.move_to_end(key)
+    while len(_systems) > _MOST_KEPT:
+        _systems.popitem(last=False)
+    return _systems[key]
