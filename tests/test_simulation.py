@@ -15,9 +15,7 @@ from tests.limbs.arms import HUMANOID, striking
 @pytest.fixture
 def built(monkeypatch):
     """Topologies that a Diagram is built for, from here on."""
-    monkeypatch.setattr(
-        drake_racket.simulation, "_systems", type(drake_racket.simulation._systems)()
-    )
+    monkeypatch.setattr(drake_racket.simulation, "_systems", OrderedDict())
     found = []
 
     def build(case):
