@@ -6,8 +6,8 @@ For each URDF, SDF, MuJoCo (.xml) or OpenSim (.osim) file: does it load; which c
 hand (the frame farthest out by joints; one called hand, tool, ... of several); is there a posture
 and rates of a slow stroke; a 5 ms impact in each of the three grips, and how its energy closes; the
 moving mass against the source's own (the file's <mass> elements, or MuJoCo's or OpenSim's sum).
-Joints off the chain are free unless the model needs them locked (fingers without inertia): then
-`locked: [others]` is noted.
+Joints off the chain are free unless the model has no inertia there: then those are locked, which is
+noted.
 
 A package of arms on the registry: pip install 'drake-racket[arms]' installs example-robot-data and
 openarm-mujoco; `--installed` tries those.
@@ -164,10 +164,11 @@ def attempt(path: Path, name: str) -> Tried:
                 _impacts(path, base, locked, tried)
                 break
             except InputError as error:
-                if locked or "locked: [" not in str(error):
+                names = re.search(r"locked: \[([^\]]+)\]", str(error))
+                if locked or names is None:
                     raise
-                locked = ("others",)
-                tried.notes.append("locked: [others]")
+                locked = tuple(names[1].split(", "))
+                tried.notes.append(f"locked: [{names[1]}]")
     except (InputError, SimulationError) as error:
         tried.stopped = f"{step}: {error}"
     except Exception as error:

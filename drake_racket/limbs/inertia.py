@@ -7,13 +7,14 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
+from drake_racket.limbs.limb import Limb
 
 LEAST_SHARE = 1e-10
 """An eigenvalue of the mass matrix, scaled to a diagonal of ones, below which a direction counts
 as massless. Two joints in line give 0; the shipped limb has 1e-3 or more in a stroke."""
 
 
-def check_inertia(plant: MultibodyPlant, context: Context, key: str = "limb") -> None:
+def check_inertia(plant: MultibodyPlant, context: Context, limb: Limb, key: str = "limb") -> None:
     """Refuses a state in which the mass matrix is singular, and names the joints.
 
     Point masses on an axis, links without mass at the end of a chain, three axes in one plane.
@@ -26,10 +27,13 @@ def check_inertia(plant: MultibodyPlant, context: Context, key: str = "limb") ->
     if singular:
         names = ", ".join(singular)
         plural = "joints" if len(singular) > 1 else "joint"
+        ours = {joint.name() for joint in (*limb.joints, *limb.others())}
+        lock = ", ".join(name for name in singular if name in ours)
         raise InputError(
             f"{key}: {plural} {names}",
             "no inertia to accelerate in this posture",
-            f"mass and moments on what moves, another posture, or locked: [{names}]",
+            "mass and moments on what moves, another posture"
+            + (f", or locked: [{lock}]" if lock else " or grip_kind"),
         )
 
 

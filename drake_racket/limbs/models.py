@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from pydrake.math import RigidTransform
@@ -134,7 +135,8 @@ def _add_drake(
     limb = find_limb(plant, find_frame(plant, hand, "limb: hand", first=before), ties=ties)
     if plant.num_constraints() - constraints > len(ties):
         _check_loops(plant, limb, loaded)
-    return limb
+    notes = (note for file in loaded for note in file.notes)
+    return replace(limb, notes=(*limb.notes, *notes))
 
 
 def _ties(plant: MultibodyPlant, loaded: Sequence[Loaded]) -> list[Tie]:
@@ -146,9 +148,9 @@ def _ties(plant: MultibodyPlant, loaded: Sequence[Loaded]) -> list[Tie]:
             if joint.model_instance() in file.instances
         }
         for mimic in read_mimics(file.path):
-            if mimic.follower in joints and mimic.leader in joints:
-                pair = joints[mimic.follower], joints[mimic.leader]
-                ties.append(Tie(*pair, mimic.ratio, mimic.offset))
+            pair = [joints[n] for n in (mimic.follower, mimic.leader) if n in joints]
+            if [joint.num_velocities() for joint in pair] == [1, 1]:
+                ties.append(Tie(pair[0], pair[1], mimic.ratio, mimic.offset))
     return ties
 
 

@@ -153,7 +153,7 @@ class StrikingLimb:
             )
         apply_stroke(plant, context, self.limb, racket, state)
         if key not in self._strokes:
-            check_inertia(plant, context)
+            check_inertia(plant, context, self.limb)
             self._strokes[key] = state
         if self.torques.source is not None:
             torques = initial_torques(settings.joint_torques, plant, context, self.limb, racket)

@@ -172,3 +172,14 @@ def test_a_freedom_without_inertia_is_named_and_can_be_locked(tmp_path, branch, 
     assert f"locked: [{', '.join(names)}]" in str(caught.value)
     locked = simulate(striking(tmp_path / "r.urdf", "right_hand", locked=names))
     assert locked.energy_error < 1e-5
+
+
+def test_only_joints_of_the_limb_are_said_to_be_locked(tmp_path):
+    """A massless hand that turns about the grip's own axis: the racket's joint is ours."""
+    spin = joint("spin", "right_hand", "tip", axis="1 0 0", at="0 0 0")
+    text = robot(*TRUNK, *arm("right", -0.2), link("tip", 0.0), spin)
+    (tmp_path / "r.urdf").write_text(text)
+    with pytest.raises(InputError) as caught:
+        simulate(striking(tmp_path / "r.urdf", "tip", grip_kind="torsional"))
+    assert "joints spin, racket_grip" in str(caught.value)
+    assert str(caught.value).endswith("or locked: [spin]")

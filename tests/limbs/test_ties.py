@@ -139,6 +139,19 @@ def test_held_torques_go_through_the_tie(model):
     assert torques["right_shoulder"] == pytest.approx(whole[at[0]] + whole[at[1]])
 
 
+@pytest.mark.parametrize(
+    ("kind", "leader"), [("fixed", "waist"), ("prismatic", "nobody"), ("prismatic", "right_grip")]
+)
+def test_mimic_elements_that_tie_nothing_are_passed_over(model, kind, leader):
+    """As real files have them; Drake would stop at each."""
+    finger = joint(
+        "f", "right_hand", "finger", kind=kind, at="0 0 0.02", more=MIMIC.format(leader, 1.0, 0.0)
+    )
+    path = model(*TRUNK, *arm("right", -0.2), link("finger", 0.1), finger)
+    result = simulate(striking(path, "right_hand"), history=False)
+    assert "tie nothing are passed over: f" in " ".join(result.warnings)
+
+
 LOOP = (
     '<drake:ball_constraint><drake:ball_constraint_body_A name="{}"/>'
     '<drake:ball_constraint_body_B name="{}"/><drake:ball_constraint_p_AP value="0 0 0"/>'

@@ -19,6 +19,8 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.shipped import add_to_package_map
+from drake_racket.limbs.files.ties import without_idle_mimics
+from drake_racket.limbs.left_out import short_list
 
 DIRECTIVES = (".dmd.yaml", ".dmd.yml")
 _PACKAGE = re.compile(r"package://([^/\"'<>\s]+)/")
@@ -30,6 +32,7 @@ class Loaded:
 
     path: Path
     instances: tuple[ModelInstanceIndex, ...]
+    notes: tuple[str, ...] = ()
 
 
 def load_files(
@@ -50,13 +53,16 @@ def load_files(
     try:
         if path.name.lower().endswith(DIRECTIVES):
             return _directives(parser, path)
+        text = path.read_text(encoding="utf-8-sig")
+        idle: list[str] = []
+        if path.suffix.lower() == ".urdf":
+            text, idle = without_idle_mimics(text)
         # Drake goes by the suffix as it is written
-        if path.suffix in (".sdf", ".urdf"):
-            added = parser.AddModels(str(path))
-        else:
-            text = path.read_text(encoding="utf-8")
-            added = parser.AddModelsFromString(text, path.suffix.lower().removeprefix("."))
-        return [Loaded(path, tuple(added))]
+        if path.suffix in (".sdf", ".urdf") and not idle:
+            return [Loaded(path, tuple(parser.AddModels(str(path))))]
+        added = parser.AddModelsFromString(text, path.suffix.lower().removeprefix("."))
+        notes = (f"mimic elements that tie nothing are passed over: {short_list(idle, 4)}",)
+        return [Loaded(path, tuple(added), notes if idle else ())]
     except (RuntimeError, UnicodeDecodeError) as error:
         raise InputError("limb: model", path, _in_words(str(error))) from None
 

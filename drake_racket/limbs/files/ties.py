@@ -49,6 +49,36 @@ def read_mimics(path: Path) -> list[Mimic]:
     return found
 
 
+def without_idle_mimics(text: str) -> tuple[str, list[str]]:
+    """Takes mimic elements that tie nothing out of a URDF's text, which Drake would stop at.
+
+    Of a joint that is fixed, or of a leader that is fixed or not there.
+
+    Returns:
+        The text, and the names of their joints.
+
+    """
+    moving = {
+        found[1]
+        for found in re.finditer(r"<joint\b[^>]*?\bname=\"([^\"]+)\"[^>]*>", text)
+        if not re.search(r"type=\"(fixed|floating)\"", found[0]) and "type=" in found[0]
+    }
+    idle: list[str] = []
+
+    def one(found: re.Match[str]) -> str:
+        joint = re.search(r"\bname=\"([^\"]+)\"", found[0])
+        leader = re.search(r"<mimic\b[^>]*?\bjoint=\"([^\"]+)\"", found[0])
+        if joint is None or leader is None or {joint[1], leader[1]} <= moving:
+            return found[0]
+        idle.append(joint[1])
+        return _MIMIC.sub("", found[0])
+
+    return re.sub(r"<joint\b.*?</joint>", one, text, flags=re.DOTALL), idle
+
+
+_MIMIC = re.compile(r"<mimic\b[^>]*/>|<mimic\b.*?</mimic>", re.DOTALL)
+
+
 def read_loops(path: Path) -> list[Loop]:
     """Gives the constraints of a file that tie two bodies: ball, distance, weld."""
     found = []
