@@ -158,16 +158,16 @@ def attempt(path: Path, name: str) -> Tried:
         base, tried.hand = candidate(path)
         tried.source_mass = source_mass(path)
         locked: tuple[str, ...] = ()
-        for _ in range(2):
+        for _ in range(3):
             try:
                 step = "impact"
                 _impacts(path, base, locked, tried)
                 break
             except InputError as error:
                 names = re.search(r"locked: \[([^\]]+)\]", str(error))
-                if locked or names is None:
+                if names is None:
                     raise
-                locked = tuple(names[1].split(", "))
+                locked = (*locked, *names[1].split(", "))
                 tried.notes.append(f"locked: [{names[1]}]")
     except (InputError, SimulationError) as error:
         tried.stopped = f"{step}: {error}"

@@ -142,14 +142,17 @@ def test_held_torques_go_through_the_tie(model):
 @pytest.mark.parametrize(
     ("kind", "leader"), [("fixed", "waist"), ("prismatic", "nobody"), ("prismatic", "right_grip")]
 )
-def test_mimic_elements_that_tie_nothing_are_passed_over(model, kind, leader):
-    """As real files have them; Drake would stop at each."""
+def test_elements_without_effect_are_passed_over(model, kind, leader):
+    """As real files have them, with blanks and lost transmissions; Drake would stop at each."""
     finger = joint(
         "f", "right_hand", "finger", kind=kind, at="0 0 0.02", more=MIMIC.format(leader, 1.0, 0.0)
     )
-    path = model(*TRUNK, *arm("right", -0.2), link("finger", 0.1), finger)
+    lost = '<transmission name="t"><type>simple</type><joint name="gone"/></transmission>'
+    finger = finger.replace("joint=", "joint = ").replace("multiplier=", "multiplier =  ")
+    path = model(*TRUNK, *arm("right", -0.2), link("finger", 0.1), finger, lost)
     result = simulate(striking(path, "right_hand"), history=False)
-    assert "tie nothing are passed over: f" in " ".join(result.warnings)
+    assert "gone" in " ".join(result.warnings)
+    assert "without effect, passed over: f" in " ".join(result.warnings)
 
 
 LOOP = (

@@ -19,7 +19,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.shipped import add_to_package_map
-from drake_racket.limbs.files.ties import without_idle_mimics
+from drake_racket.limbs.files.ties import without_idle
 from drake_racket.limbs.left_out import short_list
 
 DIRECTIVES = (".dmd.yaml", ".dmd.yml")
@@ -56,12 +56,14 @@ def load_files(
         text = path.read_text(encoding="utf-8-sig")
         idle: list[str] = []
         if path.suffix.lower() == ".urdf":
-            text, idle = without_idle_mimics(text)
+            text, idle = without_idle(text)
         # Drake goes by the suffix as it is written
         if path.suffix in (".sdf", ".urdf") and not idle:
             return [Loaded(path, tuple(parser.AddModels(str(path))))]
         added = parser.AddModelsFromString(text, path.suffix.lower().removeprefix("."))
-        notes = (f"mimic elements that tie nothing are passed over: {short_list(idle, 4)}",)
+        notes = (
+            f"mimic and transmission elements without effect, passed over: {short_list(idle, 4)}",
+        )
         return [Loaded(path, tuple(added), notes if idle else ())]
     except (RuntimeError, UnicodeDecodeError) as error:
         raise InputError("limb: model", path, _in_words(str(error))) from None

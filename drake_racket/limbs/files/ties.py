@@ -49,34 +49,44 @@ def read_mimics(path: Path) -> list[Mimic]:
     return found
 
 
-def without_idle_mimics(text: str) -> tuple[str, list[str]]:
-    """Takes mimic elements that tie nothing out of a URDF's text, which Drake would stop at.
+def without_idle(text: str) -> tuple[str, list[str]]:
+    """Takes out of a URDF's text what acts on nothing, which Drake would stop at.
 
-    Of a joint that is fixed, or of a leader that is fixed or not there.
+    Mimic elements of a joint that is fixed, or of a leader that is fixed or not there, and
+    transmissions of joints that are not there.
 
     Returns:
         The text, and the names of their joints.
 
     """
-    moving = {
-        found[1]
-        for found in re.finditer(r"<joint\b[^>]*?\bname=\"([^\"]+)\"[^>]*>", text)
-        if not re.search(r"type=\"(fixed|floating)\"", found[0]) and "type=" in found[0]
-    }
+    parts = _TRANSMISSION.split(text)
+    heads = [head for part in parts[::2] for head in re.findall(r"<joint\b[^>]*>", part)]
+    there = {name[1] for head in heads if (name := _NAME.search(head))}
+    still = {name[1] for head in heads if _STILL.search(head) and (name := _NAME.search(head))}
     idle: list[str] = []
 
-    def one(found: re.Match[str]) -> str:
-        joint = re.search(r"\bname=\"([^\"]+)\"", found[0])
-        leader = re.search(r"<mimic\b[^>]*?\bjoint=\"([^\"]+)\"", found[0])
-        if joint is None or leader is None or {joint[1], leader[1]} <= moving:
+    def joint(found: re.Match[str]) -> str:
+        name, leader = _NAME.search(found[0]), _LEADER.search(found[0])
+        if name is None or leader is None or {name[1], leader[1]} <= there - still:
             return found[0]
-        idle.append(joint[1])
+        idle.append(name[1])
         return _MIMIC.sub("", found[0])
 
-    return re.sub(r"<joint\b.*?</joint>", one, text, flags=re.DOTALL), idle
+    for i, part in enumerate(parts):
+        if i % 2 == 0:
+            parts[i] = re.sub(r"<joint\b.*?</joint>", joint, part, flags=re.DOTALL)
+        elif lost := [name for name in _JOINTS.findall(part) if name not in there]:
+            idle += lost
+            parts[i] = ""
+    return "".join(parts), idle
 
 
+_NAME = re.compile(r"\bname\s*=\s*\"([^\"]+)\"")
+_STILL = re.compile(r"\btype\s*=\s*\"(?:fixed|floating)\"")
+_LEADER = re.compile(r"<mimic\b[^>]*?\bjoint\s*=\s*\"([^\"]+)\"")
 _MIMIC = re.compile(r"<mimic\b[^>]*/>|<mimic\b.*?</mimic>", re.DOTALL)
+_JOINTS = re.compile(r"<joint\b[^>]*?\bname\s*=\s*\"([^\"]+)\"")
+_TRANSMISSION = re.compile(r"(<transmission\b.*?</transmission>)", re.DOTALL)
 
 
 def read_loops(path: Path) -> list[Loop]:
