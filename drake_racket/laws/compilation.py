@@ -30,9 +30,9 @@ def compiled(law: Callable[..., Any], **options: Any) -> Callable[..., Any]:
         return law
     machine_code: Callable[..., Any]
     try:
-        machine_code = numba.njit(cache=True, **options)(law)
+        machine_code = numba.njit(cache=True, error_model="numpy", **options)(law)
     except RuntimeError:  # no directory that the cache may be written to
-        machine_code = numba.njit(**options)(law)
+        machine_code = numba.njit(error_model="numpy", **options)(law)
     return machine_code
 
 
@@ -55,5 +55,8 @@ HAS_NUMBA = numba is not None
 
 
 def compilable(law: Callable[..., Any]) -> Callable[..., Any]:
-    """Marks a function that a compiled law calls; it stays a plain function for Python."""
-    return law if numba is None else register_jitable(law)
+    """Marks a function that a compiled law calls; it stays a plain function for Python.
+
+    Compiled, a division by zero gives inf or NaN, as NumPy has it.
+    """
+    return law if numba is None else register_jitable(error_model="numpy")(law)

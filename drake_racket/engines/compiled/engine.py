@@ -113,8 +113,7 @@ class CompiledImpact:
             y, records = start.y.copy(), _blank_records(ints)
             samples, sampled = np.empty((room, 1 + size)), np.empty((room, *records.shape))
             count, steps, evaluations, how = run_case(
-                ints,
-                start.floats,
+                at.open_model(ints, start.floats),
                 y,
                 records,
                 end,
@@ -150,7 +149,7 @@ class CompiledImpact:
         first = ints[at.POSITIONS] + ints[at.VELOCITIES]
         plant = np.ascontiguousarray(states[:, :first])
         contact = np.zeros((len(samples), 9))
-        see_contact(ints, start.floats, plant, records, contact)
+        see_contact(at.open_model(ints, start.floats), plant, records, contact)
         parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
         if states.shape[1] > first:
             totals = states[:, first:]
@@ -178,7 +177,7 @@ class CompiledImpact:
         nodes = np.zeros((m, ints[at.NODES], NODE_ROW))
         leaves = np.zeros((m, ints[at.LEAVES], 6))
         loads = np.zeros((m, 6))
-        see_motion(ints, start.floats, states, records, nodes, leaves, loads)
+        see_motion(at.open_model(ints, start.floats), states, records, nodes, leaves, loads)
         poses, velocities = _bodies(tree, nodes, leaves)
         handle = int(system.impact.racket.handle.index())
         hand_load = joint_torque = joint_reaction = None

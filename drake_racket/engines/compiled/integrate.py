@@ -38,6 +38,8 @@ FINISHED, FULL, STUCK, NOT_FINITE = range(4)
 """How a run ended: at its end; out of room for samples; with steps too short; with NaN."""
 
 SHORTEST = 1e-13  # s, below which a step is not shortened any more
+FIRST_STEP, AFTER_EVENT = 1e-5, 2e-5
+"""s, of the first steps; the error control goes on from there."""
 
 
 @compilable
@@ -53,115 +55,68 @@ def stiff_contact(records: Any) -> int:
 
 
 @compilable
-def _explicit(
-    ints: Any, floats: Any, model: Any, y: Any, h: float, records: Any, s: Any, new: Any
+def take(
+    model: Any,
+    y: Any,
+    h: float,
+    records: Any,
+    stiff: int,
+    s: Any,
+    new: Any,
 ) -> None:
-    """A step of Dormand and Prince; the first slope is given, the last is that of the next step."""
-    origin, w, leaves, tau, k = s[0], s[1], s[2], s[3], s[4]
-    for stage in range(1, 7):
-        combine(y, h, k, DP_A[stage], stage, new)
-        rates(ints, floats, model, new, records, origin, w, leaves, tau, k[stage])
+    """Takes one step from y into `new`; leaves the motion there in the work rows.
 
+    Args:
+        stiff: the contact whose friction is split off, by ARK4(3)6L[2]SA: what `linearise` wrote is
+            given; -1 for a step of Dormand and Prince, whose last slope is the next one's first.
+        s: work; the first slope is given.
 
-@compilable
-def _additive(
-    ints: Any, floats: Any, model: Any, y: Any, h: float, records: Any, s: Any, new: Any
-) -> None:
-    """A step of ARK4(3)6L[2]SA; the first slope and what `linearise` wrote are given."""
+    """
     origin, w, leaves, tau, k = s[0], s[1], s[2], s[3], s[4]
     rows, columns, law, inner, g = s[5], s[6], s[7], s[8], s[9]
-    nq, nv = ints[at.POSITIONS], ints[at.VELOCITIES]
-    constants = records[stiff_contact(records), CONSTANTS]
-    base0, base1 = along(rows, y[nq : nq + nv])
-    base0, base1 = law[0] - base0, law[1] - base1
-    for stage in range(1, 6):
-        combine(y, h, k, ARK_E[stage], stage, new)
-        v = new[nq : nq + nv]
-        g0, g1 = 0.0, 0.0
-        for j in range(stage):
-            weight = ARK_I[stage, j] - ARK_E[stage, j]
-            g0 += weight * g[j, 0]
-            g1 += weight * g[j, 1]
-        add_columns(v, columns, h * g0, h * g1)
-        s0, s1 = along(rows, v)
-        time = ARK_C[stage] * h
-        square = 0.5 * time * time
-        s0 += base0 + time * law[2] + square * law[6]
-        s1 += base1 + time * law[3] + square * law[7]
-        normal = law[4] + time * law[5] + square * law[8]
-        g0, g1, g[6, 0], g[6, 1] = solve_sliding(s0, s1, ARK_GAMMA * h, inner, normal, constants)
-        add_columns(v, columns, ARK_GAMMA * h * g0, ARK_GAMMA * h * g1)
-        g[stage, 0], g[stage, 1] = g0, g1
-        rates(ints, floats, model, new, records, origin, w, leaves, tau, k[stage])
-    combine(y, h, k, ARK_B, 6, new)
-
-
-@compilable
-def take(
-    ints: Any,
-    floats: Any,
-    model: Any,
-    y: Any,
-    h: float,
-    records: Any,
-    stiff: bool,
-    s: Any,
-    new: Any,
-) -> None:
-    """Takes one step from y into `new`; leaves the motion there in the work rows."""
-    if stiff:
-        _additive(ints, floats, model, y, h, records, s, new)
-        move(model, floats, new, ints[at.POSITIONS], s[0], s[1], s[2])
-    else:
-        _explicit(ints, floats, model, y, h, records, s, new)
-
-
-@compilable
-def _locate(
-    ints: Any,
-    floats: Any,
-    model: Any,
-    y: Any,
-    h: float,
-    records: Any,
-    stiff: bool,
-    s: Any,
-    new: Any,
-    i: int,
-    at_low: float,
-    at_high: float,
-) -> Any:
-    """Length of the step that ends at the event of contact i, by regula falsi (Illinois)."""
-    low, high, side = 0.0, h, 0
-    scale = max(abs(at_low), abs(at_high))
-    middle, taken = h, 0
-    for _ in range(60):
-        middle = (low * at_high - high * at_low) / (at_high - at_low)
-        take(ints, floats, model, y, middle, records, stiff, s, new)
-        taken += 1
-        value, _ = watched(model, i, records, s[1], s[2])
-        if abs(value) <= 1e-14 * scale or high - low < SHORTEST:
-            break
-        if (value > 0.0) == (at_high > 0.0):
-            high, at_high = middle, value
-            if side == 1:
-                at_low *= 0.5
-            side = 1
+    nq, nv = model[at.HEAD][at.POSITIONS], model[at.HEAD][at.VELOCITIES]
+    base0, base1 = 0.0, 0.0
+    if stiff >= 0:
+        base0, base1 = along(rows, y[nq : nq + nv])
+        base0, base1 = law[0] - base0, law[1] - base1
+    for stage in range(1, 7):
+        if stiff < 0:
+            combine(y, h, k, DP_A[stage], stage, new)
+        elif stage < 6:
+            combine(y, h, k, ARK_E[stage], stage, new)
+            v = new[nq : nq + nv]
+            g0, g1 = 0.0, 0.0
+            for j in range(stage):
+                weight = ARK_I[stage, j] - ARK_E[stage, j]
+                g0 += weight * g[j, 0]
+                g1 += weight * g[j, 1]
+            add_columns(v, columns, h * g0, h * g1)
+            s0, s1 = along(rows, v)
+            time = ARK_C[stage] * h
+            square = 0.5 * time * time
+            s0 += base0 + time * law[2] + square * law[6]
+            s1 += base1 + time * law[3] + square * law[7]
+            normal = law[4] + time * law[5] + square * law[8]
+            constants = records[stiff, CONSTANTS]
+            g0, g1, g[6, 0], g[6, 1] = solve_sliding(
+                s0, s1, ARK_GAMMA * h, inner, normal, constants
+            )
+            add_columns(v, columns, ARK_GAMMA * h * g0, ARK_GAMMA * h * g1)
+            g[stage, 0], g[stage, 1] = g0, g1
         else:
-            low, at_low = middle, value
-            if side == -1:
-                at_high *= 0.5
-            side = -1
-    return middle, taken
+            combine(y, h, k, ARK_B, 6, new)
+            move(model, new, nq, origin, w, leaves)
+            return
+        rates(model, new, records, origin, w, leaves, tau, k[stage])
 
 
 @compilable
-def _new_work(ints: Any, size: int) -> Any:
-    nv = ints[at.VELOCITIES]
+def _new_work(model: Any, size: int) -> Any:
+    nv = model[at.HEAD][at.VELOCITIES]
     return (
         np.zeros(3),
-        np.zeros((ints[at.NODES], at.NODE_WORK)),
-        np.zeros((ints[at.LEAVES], at.LEAF_WORK)),
+        np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK)),
+        np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK)),
         np.zeros(nv),
         np.zeros((7, size)),
         np.zeros((2, nv)),
@@ -174,9 +129,59 @@ def _new_work(ints: Any, size: int) -> Any:
 
 
 @compilable
+def _split_friction(model: Any, which: int, records: Any, s: Any, nq: int, slid: float) -> None:
+    """Prepares the steps in contact: what `linearise` writes, and how fast that changes.
+
+    Args:
+        slid: length (s) of the last step of this contact, at whose start `linearise` was last
+            called; 0 for none.
+
+    """
+    w, leaves, tau, k = s[1], s[2], s[3], s[4]
+    rows, columns, law, inner, g = s[5], s[6], s[7], s[8], s[9]
+    l0, l1, l2 = law[2], law[3], law[5]
+    nv = len(tau)
+    linearise(model, which, records[which], w, leaves, k[0, nq : nq + nv], columns, rows, law)
+    law[6], law[7], law[8] = 0.0, 0.0, 0.0
+    if slid > 0.0:
+        law[6], law[7], law[8] = (law[2] - l0) / slid, (law[3] - l1) / slid, (law[5] - l2) / slid
+    g[0, 0], g[0, 1], _, _, _ = friction_at(law[0], law[1], law[4], records[which, CONSTANTS])
+    for a in range(2):
+        for b in range(2):
+            inner[a, b] = 0.0
+            for j in range(nv):
+                inner[a, b] += rows[a, j] * columns[b, j]
+
+
+@compilable
+def _error(part: float, stiff: int, records: Any, scale: Any, s: Any, nq: int) -> float:
+    """The estimated error of the step just taken."""
+    k, rows, columns, law, inner, g = s[4], s[5], s[6], s[7], s[8], s[9]
+    if stiff < 0:
+        return error_of(part, k, DP_ERROR, 7, scale)
+    normal = law[4] + part * law[5]
+    _, _, a, b, d = friction_at(g[6, 0], g[6, 1], normal, records[stiff, CONSTANTS])
+    return damped_error_of(
+        part, k, ARK_ERROR, scale, nq, rows, columns, inner, a, b, d, ARK_GAMMA, s[10]
+    )
+
+
+@compilable
+def _first_event(records: Any, gaps: Any) -> int:
+    """The contact whose watched number passes zero first in a step, by straight lines; -1: none."""
+    event, earliest = -1, 2.0
+    for i in range(len(records)):
+        before, after = gaps[0, i], gaps[1, i]
+        passed = records[i, PHASE] == PASSED
+        happens = before < 0.0 <= after if passed else before > 0.0 >= after
+        if happens and before / (before - after) < earliest:
+            event, earliest = i, before / (before - after)
+    return event
+
+
+@compilable
 def integrate(
-    ints: Any,
-    floats: Any,
+    model: Any,
     y: Any,
     records: Any,
     end: float,
@@ -202,132 +207,104 @@ def integrate(
         number of samples, steps, evaluations, and how it ended.
 
     """
-    model = at.open_model(ints, floats)
-    size, contacts = len(y), len(records)
-    s = _new_work(ints, size)
+    nq, size, contacts = model[at.HEAD][at.POSITIONS], len(y), len(records)
+    s = _new_work(model, size)
     origin, w, leaves, tau, k = s[0], s[1], s[2], s[3], s[4]
-    rows, columns, law, inner = s[5], s[6], s[7], s[8]
-    new = np.empty(size)
-    gaps, slopes = np.zeros((2, contacts)), np.zeros((2, contacts))
+    new, gaps, slopes = np.empty(size), np.zeros((2, contacts)), np.zeros((2, contacts))
     time, count, steps, evaluations = 0.0, 0, 0, 0
-    move(model, floats, y, ints[at.POSITIONS], origin, w, leaves)
+    move(model, y, nq, origin, w, leaves)
     for i in range(contacts):
         update(model, i, time, records, w, leaves)
     keep = len(samples) > 0
-    h, fresh, stiff, slid = min(longest, 1e-5), False, False, 0.0
-    if not controlled:
-        h = longest
+    h = min(longest, FIRST_STEP) if controlled else longest
+    fresh, slid = False, 0.0
     while True:
         if keep:
             if count == len(samples):
                 return count, steps, evaluations, FULL
             samples[count, 0] = time
-            samples[count, 1:] = y
-            sampled[count] = records
+            for i in range(size):
+                samples[count, 1 + i] = y[i]
+            for i in range(contacts):
+                for j in range(records.shape[1]):
+                    sampled[count, i, j] = records[i, j]
             count += 1
         if time >= end:
             return count, steps, evaluations, FINISHED
         if not fresh:
-            rates(ints, floats, model, y, records, origin, w, leaves, tau, k[0])
+            rates(model, y, records, origin, w, leaves, tau, k[0])
             evaluations += 1
-        which = stiff_contact(records)
-        stiff = which >= 0
-        if stiff:
-            f = k[0, ints[at.POSITIONS] : ints[at.POSITIONS] + ints[at.VELOCITIES]]
-            l0, l1, l2 = law[2], law[3], law[5]
-            linearise(model, which, records[which], w, leaves, f, columns, rows, law)
-            law[6], law[7], law[8] = 0.0, 0.0, 0.0
-            if slid > 0.0:
-                law[6], law[7] = (law[2] - l0) / slid, (law[3] - l1) / slid
-                law[8] = (law[5] - l2) / slid
-            g0, g1, _, _, _ = friction_at(law[0], law[1], law[4], records[which, CONSTANTS])
-            s[9][0, 0], s[9][0, 1] = g0, g1
-            for a in range(2):
-                for b in range(2):
-                    total = 0.0
-                    for j in range(len(tau)):
-                        total += rows[a, j] * columns[b, j]
-                    inner[a, b] = total
+        stiff = stiff_contact(records)
+        if stiff >= 0:
+            _split_friction(model, stiff, records, s, nq, slid)
         for i in range(contacts):
             gaps[0, i], slopes[0, i] = watched(model, i, records, w, leaves)
-        while True:  # until a step is good enough
-            last = time + h >= end - 1e-15
-            part = end - time if last else h
-            take(ints, floats, model, y, part, records, stiff, s, new)
-            evaluations += 5 if stiff else 6
-            size_of_error = 0.0
-            if stiff:
-                c = records[which, CONSTANTS]
-                _, _, g00, g01, g11 = friction_at(s[9][6, 0], s[9][6, 1], law[4] + part * law[5], c)
-                size_of_error = damped_error_of(
-                    part,
-                    k,
-                    ARK_ERROR,
-                    scale,
-                    ints[at.POSITIONS],
-                    rows,
-                    columns,
-                    inner,
-                    g00,
-                    g01,
-                    g11,
-                    ARK_GAMMA,
-                    s[10],
-                )
-            else:
-                size_of_error = error_of(part, k, DP_ERROR, 7, scale)
-            if not math.isfinite(size_of_error):
-                if part < 1e-9:
-                    return count, steps, evaluations, NOT_FINITE
-                h = 0.25 * part
-                continue
-            order = 4.0 if stiff else 5.0
-            factor = 5.0
-            if size_of_error > 0.0:
-                factor = min(5.0, max(0.2, 0.9 * (accuracy / size_of_error) ** (1.0 / order)))
-            if controlled and size_of_error > accuracy:
-                if part < SHORTEST:
-                    return count, steps, evaluations, STUCK
-                h = part * min(factor, 0.9)
-                continue
-            dipped = False
+        event, searching, side, factor = -1, False, 0, 1.0
+        low, high, at_low, at_high, tries = 0.0, 0.0, 0.0, 0.0, 0
+        last = time + h >= end - 1e-15
+        part = end - time if last else h
+        while True:  # until the step is good enough, or ends at an event
+            take(model, y, part, records, stiff, s, new)
+            evaluations += 5 if stiff >= 0 else 6
             for i in range(contacts):
                 gaps[1, i], slopes[1, i] = watched(model, i, records, w, leaves)
-                if records[i, PHASE] == FREE and part > 1e-9:
-                    dipped = dipped or dips(
-                        gaps[0, i], slopes[0, i], gaps[1, i], slopes[1, i], part
-                    )
-            if dipped:
-                h = 0.25 * part
+            if searching:  # regula falsi (Illinois) between low and high
+                value = gaps[1, event]
+                tries += 1
+                near = abs(value) <= 1e-14 * abs(gaps[0, event]) or high - low < SHORTEST
+                if near or tries > 60:
+                    break
+                if (value > 0.0) == (at_high > 0.0):
+                    high, at_high = part, value
+                    at_low *= 0.5 if side == 1 else 1.0
+                    side = 1
+                else:
+                    low, at_low = part, value
+                    at_high *= 0.5 if side == -1 else 1.0
+                    side = -1
+                part = (low * at_high - high * at_low) / (at_high - at_low)
                 continue
-            break
-        if controlled:
-            h = min(longest, max(h, part * factor) if last else part * factor)
-        event, first = -1, part
-        for i in range(contacts):
-            phase, before, after = records[i, PHASE], gaps[0, i], gaps[1, i]
-            happens = before < 0.0 <= after if phase == PASSED else before > 0.0 >= after
-            if happens:
-                length, tries = _locate(
-                    ints, floats, model, y, part, records, stiff, s, new, i, before, after
-                )
-                evaluations += tries * (5 if stiff else 6)
-                if length <= first:
-                    event, first = i, length
-        if event >= 0:
-            take(ints, floats, model, y, first, records, stiff, s, new)
-            part, last = first, last and first >= part
+            error = _error(part, stiff, records, scale, s, nq)
+            shorter = 0.0
+            if not math.isfinite(error):
+                if part < 1e-9:
+                    return count, steps, evaluations, NOT_FINITE
+                shorter = 0.25
+            elif controlled:
+                order = 4.0 if stiff >= 0 else 5.0
+                factor = 5.0
+                if error > 0.0:
+                    factor = min(5.0, max(0.2, 0.9 * (accuracy / error) ** (1.0 / order)))
+                if error > accuracy:
+                    if part < SHORTEST:
+                        return count, steps, evaluations, STUCK
+                    shorter = min(factor, 0.9)
+            if shorter == 0.0 and part > 1e-9:
+                for i in range(contacts):
+                    if records[i, PHASE] == FREE and dips(gaps, slopes, i, part):
+                        shorter = 0.25
+            if shorter > 0.0:
+                part *= shorter
+                last = False
+                continue
+            event = _first_event(records, gaps)
+            if controlled and not (last and event < 0):
+                h = min(longest, part * factor)
+            if event < 0:
+                break
+            searching = True
+            high, at_low, at_high = part, gaps[0, event], gaps[1, event]
+            part *= at_low / (at_low - at_high)
         steps += 1
-        time = end if last else time + part
+        time = end if last and event < 0 else time + part
         for i in range(size):
             y[i] = new[i]
-        fresh = False
-        slid = part if stiff and event < 0 else 0.0
+        fresh = stiff < 0 and event < 0
+        slid = part if stiff >= 0 and event < 0 else 0.0
+        if fresh:
+            for i in range(size):
+                k[0, i] = k[6, i]
         if event >= 0:
             pass_event(model, event, time, records, w, leaves)
             if controlled:
-                h = min(h, 2e-5)
-        elif not stiff:
-            for i in range(size):
-                k[0, i] = k[6, i]
-            fresh = True
+                h = min(h, AFTER_EVENT)

@@ -25,15 +25,15 @@ from drake_racket.laws.phases import (
 @compilable
 def look(model: Any, i: int, records: Any, w: Any, leaves: Any, choose: bool) -> Any:
     """Looks at contact i: point in contact or to be hit, p and v of the ball about its mass."""
-    c, n = model[4][i], model[12][i]
+    c, n = model[at.CONTACT_ROWS][i], model[at.CONTACT_NUMBERS][i]
     first, count, ball = c[at.LEAF_0], c[at.POINTS], c[at.BALL]
-    head = model[1][first, 0]
+    head = model[at.LEAF_ROWS][first, 0]
     point = int(records[i, POINT])
     if choose:
         point = int(n[at.CHOICES])
         if point == 0:
             middle = c[at.MIDDLE]
-            grid = model[13][c[at.GRID_0] : c[at.GRID_0] + count]
+            grid = model[at.POINT_NUMBERS][c[at.GRID_0] : c[at.GRID_0] + count]
             p, _, _ = relative(n, ball, head, w, leaves[first + middle - 1])
             point = nearest_point(grid, grid[middle - 1, 0] + p[0], grid[middle - 1, 1] + p[1])
     p, v, _ = relative(n, ball, head, w, leaves[first + point - 1])
@@ -42,17 +42,17 @@ def look(model: Any, i: int, records: Any, w: Any, leaves: Any, choose: bool) ->
 
 @compilable
 def _within_rim(model: Any, i: int, point: int, p: Any) -> bool:
-    c, n = model[4][i], model[12][i]
+    c, n = model[at.CONTACT_ROWS][i], model[at.CONTACT_NUMBERS][i]
     row = c[at.GRID_0] + point - 1
-    x, y = model[13][row, 0] + p[0], model[13][row, 1] + p[1]
+    x, y = model[at.POINT_NUMBERS][row, 0] + p[0], model[at.POINT_NUMBERS][row, 1] + p[1]
     return bool((x / n[at.RIM]) ** 2 + (y / n[at.RIM + 1]) ** 2 < 1.0)
 
 
 @compilable
 def _touch(model: Any, i: int, point: int, p: Any, v: Any, time: float, record: Any) -> None:
     """Records a touch of contact i, with its parameters."""
-    c, n = model[4][i], model[12][i]
-    friction = model[13][c[at.GRID_0] : c[at.GRID_0] + c[at.POINTS], 2]
+    c, n = model[at.CONTACT_ROWS][i], model[at.CONTACT_NUMBERS][i]
+    friction = model[at.POINT_NUMBERS][c[at.GRID_0] : c[at.GRID_0] + c[at.POINTS], 2]
     ball = n[at.BALL_LAW : at.BALL_LAW + 6]
     scales, choices = n[at.SCALES : at.SCALES + 2], n[at.CHOICES : at.CHOICES + 3]
     touch(record, point, p, v, time, ball, friction, scales, choices)
@@ -106,10 +106,11 @@ def pass_event(model: Any, i: int, time: float, records: Any, w: Any, leaves: An
 
 
 @compilable
-def dips(before: Any, slope: Any, after: Any, slope_after: Any, h: float) -> bool:
+def dips(gaps: Any, slopes: Any, i: int, h: float) -> bool:
     """Tells whether a gap that is open at both ends of a step may have closed between them."""
+    before, after, slope, slope_after = gaps[0, i], gaps[1, i], slopes[0, i], slopes[1, i]
     if before <= 0.0 or after <= 0.0 or slope >= 0.0 or slope_after <= 0.0:
         return False
-    # the two tangents meet below the curve, which bends upwards
+    # where the two tangents meet is below the curve, which bends upwards
     time = (after - before - slope_after * h) / (slope - slope_after)
     return bool(before + slope * time < 0.0)

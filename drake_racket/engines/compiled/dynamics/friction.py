@@ -130,14 +130,14 @@ def _rate_of_sliding(model: Any, contact: int, r: Any, v: Any, w: Any, leaves: A
     With Q the ball, v = R^T (v_Q - v_H - n s), v_H the head's point under it: the head's axes turn,
     and the point moves on with the ball.
     """
-    c, n = model[4][contact], model[12][contact]
+    c, n = model[at.CONTACT_ROWS][contact], model[at.CONTACT_NUMBERS][contact]
     q0, q1, q2, u0, u1, u2 = ball_motion(n, c[at.BALL], w)
     a = w[c[at.BALL]]
     x0, x1, x2 = cross(a[ACC], a[ACC + 1], a[ACC + 2], q0, q1, q2)
     z0, z1, z2 = cross(a[VEL], a[VEL + 1], a[VEL + 2], u0, u1, u2)
     g0, g1, g2 = a[ACC + 3] + x0 + z0, a[ACC + 4] + x1 + z1, a[ACC + 5] + x2 + z2
     i = c[at.LEAF_0]
-    head = model[1][i, at.PARENT]
+    head = model[at.LEAF_ROWS][i, at.PARENT]
     b0, b1, b2 = 0.0, 0.0, 0.0
     if head >= 0:
         a = w[head]
@@ -148,7 +148,7 @@ def _rate_of_sliding(model: Any, contact: int, r: Any, v: Any, w: Any, leaves: A
         g2 -= a[ACC + 5] + x2 + z2
         b0, b1, b2 = back(r, (a[VEL], a[VEL + 1], a[VEL + 2]))
     g0, g1, g2 = back(r, (g0, g1, g2))
-    rate = f[model[1][i, at.LEAF_V]]
+    rate = f[model[at.LEAF_ROWS][i, at.LEAF_V]]
     # of v with the string's own rate in it, which has the axis of z
     s = leaves[i, at.RATE]
     x0, x1, x2 = cross(b0, b1, b2, v[0], v[1], v[2] + s)
@@ -175,8 +175,8 @@ def linearise(
         law: (9,) w_n (2); d (2); N and N'; the last three are not written.
 
     """
-    ints, leaf_ints, numbers = model[0], model[1], model[8]
-    c, n = model[4][contact], model[12][contact]
+    ints, leaf_ints, numbers = model[at.NODE_ROWS], model[at.LEAF_ROWS], model[at.NODE_NUMBERS]
+    c, n = model[at.CONTACT_ROWS][contact], model[at.CONTACT_NUMBERS][contact]
     i = c[at.LEAF_0] + int(record[POINT]) - 1
     leaf, head = leaves[i], leaf_ints[i, 0]
     p, v, r = relative(n, c[at.BALL], head, w, leaf)

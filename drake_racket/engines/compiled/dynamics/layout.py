@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from drake_racket.laws.compilation import compilable
-
 # ---- kinds of nodes: one for each degree of freedom, or for a body that is free in the world
 REVOLUTE, PRISMATIC, SCREW, SPIN, QUATERNION, RPY, WELD, FREE_QUATERNION, FREE_RPY = range(9)
 """REVOLUTE, PRISMATIC, SCREW: about or along an axis of the frame F on the parent. SPIN: rotation
@@ -119,16 +117,33 @@ GLOBALS = 4
 """Floats before the tables: gravity (3); 1 if the strings are damped."""
 
 
-@compilable
-def open_model(ints: Any, floats: Any) -> Any:
-    """Gives the tables of a model as views of its two vectors, in a fixed order.
+(
+    NODE_ROWS,
+    LEAF_ROWS,
+    BUSHING_ENDS,
+    SPRING_ENDS,
+    CONTACT_ROWS,
+    LIMIT_PLACES,
+    FRAME_PLACES,
+    LIMB_PLACES,
+    NODE_NUMBERS,
+    LEAF_NUMBERS,
+    BUSHING_NUMBERS,
+    SPRING_NUMBERS,
+    CONTACT_NUMBERS,
+    POINT_NUMBERS,
+    LIMIT_NUMBERS,
+    FRAME_DAMPING,
+    LIMB_DAMPING,
+    TORQUES,
+    HEAD,
+    GLOBAL,
+) = range(20)
+"""Places of the tables in what `open_model` returns."""
 
-    Returns:
-        nodes, leaves, bushings, ends of springs (2, m), contacts, limits, frame losses, limb
-        losses (integers); nodes, leaves, bushings, springs (4, m), contacts, points, limits, losses
-        of frame and limb, torques on all velocities (floats).
 
-    """
+def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
+    """Gives the tables of a model as views of its two vectors: integers, then floats, then heads."""
     n, l, b, s = ints[NODES], ints[LEAVES], ints[BUSHINGS], ints[SPRINGS]
     c, p, j = ints[CONTACTS], ints[ALL_POINTS], ints[LIMITS]
     fr, li, nv = ints[FRAME_LOSSES], ints[LIMB_LOSSES], ints[VELOCITIES]
@@ -171,6 +186,8 @@ def open_model(ints: Any, floats: Any) -> Any:
         floats[f7:f8],
         floats[f8:f9],
         floats[f9:f10],
+        ints[:HEADER],
+        floats[:GLOBALS],
     )
 
 

@@ -53,7 +53,11 @@ def _see_node(a: Any, origin: Any, row: Any) -> None:
 @compilable
 def _see_grip(model: Any, i: int, w: Any, origin: Any, load: Any) -> None:
     """Torque and force of bushing i on the node of its frame A, at A, in A's axes."""
-    a, c, n = model[2][i, 0], model[2][i, 1], model[10][i]
+    a, c, n = (
+        model[at.BUSHING_ENDS][i, 0],
+        model[at.BUSHING_ENDS][i, 1],
+        model[at.BUSHING_NUMBERS][i],
+    )
     m0, m1, m2, f0, f1, f2, _ = bushing_force(n, a, c, w, origin)
     r, p, _, _ = frame_end(w, a, n, at.R_NA, at.P_NA, origin)
     x0, x1, x2 = cross(p[0], p[1], p[2], f0, f1, f2)
@@ -64,7 +68,7 @@ def _see_grip(model: Any, i: int, w: Any, origin: Any, load: Any) -> None:
 
 @compilable
 def observe_motion(
-    ints: Any, floats: Any, states: Any, records: Any, nodes: Any, leaves_out: Any, loads: Any
+    model: Any, states: Any, records: Any, nodes: Any, leaves_out: Any, loads: Any
 ) -> None:
     """Writes the motion at m states.
 
@@ -74,17 +78,16 @@ def observe_motion(
         loads: (m, 6) on the hand, from the grip's bushing; 0 without one.
 
     """
-    model = at.open_model(ints, floats)
-    origin, tau = np.zeros(3), np.zeros(ints[at.VELOCITIES])
-    w = np.zeros((ints[at.NODES], at.NODE_WORK))
-    leaves = np.zeros((ints[at.LEAVES], at.LEAF_WORK))
-    y = np.zeros(ints[at.POSITIONS] + ints[at.VELOCITIES])
+    origin, tau = np.zeros(3), np.zeros(model[at.HEAD][at.VELOCITIES])
+    w = np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK))
+    leaves = np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK))
+    y = np.zeros(model[at.HEAD][at.POSITIONS] + model[at.HEAD][at.VELOCITIES])
     f = np.zeros(len(y))
-    grip = ints[at.GRIP_BUSHING]
+    grip = model[at.HEAD][at.GRIP_BUSHING]
     for m in range(len(states)):
         for i in range(len(y)):
             y[i] = states[m, i]
-        rates(ints, floats, model, y, records[m], origin, w, leaves, tau, f)
+        rates(model, y, records[m], origin, w, leaves, tau, f)
         for i in range(len(w)):
             _see_node(w[i], origin, nodes[m, i])
         for i in range(len(leaves)):
@@ -96,14 +99,13 @@ def observe_motion(
 
 
 @compilable
-def observe_contact(ints: Any, floats: Any, states: Any, records: Any, out: Any) -> None:
+def observe_contact(model: Any, states: Any, records: Any, out: Any) -> None:
     """Writes what the BallContact's output `contact_state` has, for the first contact, (m, 9)."""
-    model = at.open_model(ints, floats)
     origin = np.zeros(3)
-    w = np.zeros((ints[at.NODES], at.NODE_WORK))
-    leaves = np.zeros((ints[at.LEAVES], at.LEAF_WORK))
+    w = np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK))
+    leaves = np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK))
     for m in range(len(states)):
-        move(model, floats, states[m], ints[at.POSITIONS], origin, w, leaves)
+        move(model, states[m], model[at.HEAD][at.POSITIONS], origin, w, leaves)
         touching = records[m, 0, PHASE] == CONTACT
         point, p, v = look(model, 0, records[m], w, leaves, not touching)
         fx, fy, normal = 0.0, 0.0, 0.0

@@ -45,7 +45,7 @@ IMPULSE_AT = IMPULSE.start
 @compilable
 def set_origin(model: Any, y: Any, origin: Any) -> None:
     """Puts the fixed point where the first ball is, if that is free in the world; else 0."""
-    nodes, contacts, numbers = model[0], model[4], model[8]
+    nodes, contacts, numbers = model[at.NODE_ROWS], model[at.CONTACT_ROWS], model[at.NODE_NUMBERS]
     for k in range(3):
         origin[k] = 0.0
     if len(contacts) == 0:
@@ -62,11 +62,13 @@ def set_origin(model: Any, y: Any, origin: Any) -> None:
 
 
 @compilable
-def move(model: Any, floats: Any, y: Any, nq: int, origin: Any, w: Any, leaves: Any) -> None:
+def move(model: Any, y: Any, nq: int, origin: Any, w: Any, leaves: Any) -> None:
     """Writes the motion of all nodes and point masses into their work rows."""
     set_origin(model, y, origin)
-    move_nodes(model[0], model[8], floats, y, nq, origin, w)
-    move_leaves(model[1], model[9], floats, y, nq, origin, w, leaves)
+    move_nodes(model[at.NODE_ROWS], model[at.NODE_NUMBERS], model[at.GLOBAL], y, nq, origin, w)
+    move_leaves(
+        model[at.LEAF_ROWS], model[at.LEAF_NUMBERS], model[at.GLOBAL], y, nq, origin, w, leaves
+    )
 
 
 @compilable
@@ -107,7 +109,7 @@ def rates_of_positions(ints: Any, y: Any, nq: int, leaf_ints: Any, f: Any) -> No
 @compilable
 def _lost_in_strings(model: Any, y: Any, nq: int) -> Any:
     """Sum of c (dL/dt)^2 (W)."""
-    leaves, ends, springs = model[1], model[3], model[11]
+    leaves, ends, springs = model[at.LEAF_ROWS], model[at.SPRING_ENDS], model[at.SPRING_NUMBERS]
     lost = 0.0
     for s in range(ends.shape[1]):
         i, j = ends[0, s], ends[1, s]
@@ -123,8 +125,8 @@ def _lost_in_strings(model: Any, y: Any, nq: int) -> Any:
 @compilable
 def _limb_powers(model: Any, y: Any, nq: int, f: Any, first: int) -> None:
     """Powers of the limb's torques, lost in its joints, and at their limits."""
-    limits, rows = model[5], model[14]
-    limb, damping, torques = model[7], model[16], model[17]
+    limits, rows = model[at.LIMIT_PLACES], model[at.LIMIT_NUMBERS]
+    limb, damping, torques = model[at.LIMB_PLACES], model[at.LIMB_DAMPING], model[at.TORQUES]
     work, lost, ended = 0.0, 0.0, 0.0
     for i in range(len(limb)):
         rate = y[nq + limb[i]]
@@ -142,8 +144,6 @@ def _limb_powers(model: Any, y: Any, nq: int, f: Any, first: int) -> None:
 
 @compilable
 def rates(
-    ints: Any,
-    floats: Any,
     model: Any,
     y: Any,
     records: Any,
@@ -156,27 +156,41 @@ def rates(
     """Writes the rates of the state y into f.
 
     Args:
-        ints, floats: the model.  model: their tables (`layout.open_model`).
+        model: tables of `layout.open_model`.
         records: (contacts, 15) of `laws.phases`.
         origin, w, leaves, tau: work: (3,), of nodes, of leaves, and one number per velocity.
 
     """
-    nodes, leaf_ints = model[0], model[1]
-    nq, nv = ints[at.POSITIONS], ints[at.VELOCITIES]
+    nodes, leaf_ints = model[at.NODE_ROWS], model[at.LEAF_ROWS]
+    nq, nv = model[at.HEAD][at.POSITIONS], model[at.HEAD][at.VELOCITIES]
     first = nq + nv
     audit = len(y) > first
-    move(model, floats, y, nq, origin, w, leaves)
-    joint_forces(nodes, model[8], y, nq, model[17], tau)
-    limit_forces(model[5], model[14], y, nq, tau)
-    string_forces(leaf_ints, model[9], model[3], model[11], y, nq, tau)
-    taken = bushing_forces(model[2], model[10], w, origin, ints[at.GRIP_BUSHING])
+    move(model, y, nq, origin, w, leaves)
+    joint_forces(nodes, model[at.NODE_NUMBERS], y, nq, model[at.TORQUES], tau)
+    limit_forces(model[at.LIMIT_PLACES], model[at.LIMIT_NUMBERS], y, nq, tau)
+    string_forces(
+        leaf_ints,
+        model[at.LEAF_NUMBERS],
+        model[at.SPRING_ENDS],
+        model[at.SPRING_NUMBERS],
+        y,
+        nq,
+        tau,
+    )
+    taken = bushing_forces(
+        model[at.BUSHING_ENDS],
+        model[at.BUSHING_NUMBERS],
+        w,
+        origin,
+        model[at.HEAD][at.GRIP_BUSHING],
+    )
     if audit:
         for k in range(first, len(y)):
             f[k] = 0.0
-    for i in range(len(model[4])):
+    for i in range(len(model[at.CONTACT_ROWS])):
         if records[i, PHASE] != CONTACT:
             continue
-        c, n, record = model[4][i], model[12][i], records[i]
+        c, n, record = model[at.CONTACT_ROWS][i], model[at.CONTACT_NUMBERS][i], records[i]
         head = leaf_ints[c[at.LEAF_0], 0]
         p, v, force, on_ball, r = contact_force(c, n, head, w, leaves, record)
         if audit and i == 0:
@@ -191,17 +205,17 @@ def rates(
             f[first + COUPLE] = couple
             for k in range(3):
                 f[first + IMPULSE_AT + k] = on_ball[k]
-    leaves_in(leaf_ints, model[9], w, leaves, tau)
-    nodes_in(nodes, model[8], w, tau)
-    nodes_out(nodes, model[8], w, tau, f[nq:first])
-    leaves_out(leaf_ints, model[9], w, leaves, f[nq:first])
+    leaves_in(leaf_ints, model[at.LEAF_NUMBERS], w, leaves, tau)
+    nodes_in(nodes, model[at.NODE_NUMBERS], w, tau)
+    nodes_out(nodes, model[at.NODE_NUMBERS], w, tau, f[nq:first])
+    leaves_out(leaf_ints, model[at.LEAF_NUMBERS], w, leaves, f[nq:first])
     rates_of_positions(nodes, y, nq, leaf_ints, f)
     if audit:
-        losses, damping = model[6], model[15]
+        losses, damping = model[at.FRAME_PLACES], model[at.FRAME_DAMPING]
         for i in range(len(losses)):
             rate = y[nq + losses[i]]
             f[first + LOST_JOINT] += damping[i] * rate * rate
-        if floats[3] > 0.5:
+        if model[at.GLOBAL][3] > 0.5:
             f[first + LOST_STRINGS] = _lost_in_strings(model, y, nq)
         f[first + GRIP] = taken
         if len(y) > first + TOTALS:
