@@ -104,6 +104,7 @@ from .results.formats import read_history as read_history
 from .results.formats import write_history as write_history
 from .results.history import after_release as after_release
 from .results.impact import ImpactResult as ImpactResult
+from .results.loads import racket_load as racket_load
 from .simulation import simulate as simulate
 from .store import KeptResults as KeptResults
 
