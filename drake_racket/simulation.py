@@ -6,9 +6,9 @@ import os
 from collections import OrderedDict
 from typing import Any
 
-from drake_racket.cases.case import Case, resolve
+from drake_racket.cases.case import Case, changed, resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.engines.drake.engine import run_drake
+from drake_racket.engines.registry import run
 from drake_racket.io.progress import Report
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult, make_result
@@ -19,6 +19,7 @@ def simulate(
     system: ImpactDiagram | None = None,
     *,
     history: bool = True,
+    engine: str | None = None,
     progress: Report | None = None,
 ) -> ImpactResult:
     """Simulates one impact.
@@ -29,7 +30,9 @@ def simulate(
             topology. None: one of an earlier call with that topology, or a new one.
         history: record motion and energies at every step; without it `ImpactResult.history` and
             what is read from it are None, and the balance is that of the end alone.
-        progress: called as the run goes on; `done` and `total` are its milliseconds.
+        engine: `drake` or `compiled`, in place of the scenario's.
+        progress: called as a run in Drake's engine goes on; `done` and `total` are its
+            milliseconds.
 
     Raises:
         InputError: the scenario is not valid or needs another Diagram.
@@ -37,10 +40,11 @@ def simulate(
 
     """
     case = resolve(scenario or Scenario())
+    if engine is not None:
+        case = resolve(changed(case.scenario, engine=engine))
     system = system or _kept(case)
-    return make_result(
-        case, run_drake(case, system, every_sample=history, progress=progress), history=history
-    )
+    trajectory = run(case, system, every_sample=history, progress=progress)
+    return make_result(case, trajectory, history=history)
 
 
 _MOST_KEPT = 4

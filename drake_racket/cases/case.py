@@ -27,7 +27,7 @@ from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.limb import UpperLimbParameters, load_upper_limb
 from drake_racket.parameters.overrides import check_known, parameter_keys
 from drake_racket.parameters.racket import RacketParameters
-from drake_racket.parameters.scenario import Scenario, check_integrator
+from drake_racket.parameters.scenario import IntegratorSettings, Scenario, check_integrator
 from drake_racket.parameters.stroke import check_tip
 
 SCENARIOS = ("backhand",)
@@ -109,6 +109,8 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
         return scenario
     scenario = read(scenario, Scenario, where)
     check_integrator(scenario.integrator, f"{where}: integrator")
+    if scenario.engine == "compiled":
+        _check_compiled(scenario, where)
     check_tip(scenario.limb.stroke, f"{where}: limb.stroke")
     racket, ball, grip = scenario.load_racket(), scenario.load_ball(), scenario.load_grip()
     if scenario.overrides:
@@ -167,6 +169,20 @@ def changed(scenario: Scenario, **changes: object) -> Scenario:
             raise InputError(f"scenario: {key}", "an unknown key", ", ".join(sorted(names)))
     new = dataclasses.replace(scenario, **changes)  # type: ignore[arg-type]
     return resolve(new).scenario
+
+
+def _check_compiled(scenario: Scenario, where: str) -> None:
+    """Refuses what the compiled engine has no choice of."""
+    if scenario.time_step > 0.0:
+        raise InputError(
+            f"{where}: engine", "compiled", "drake with a discrete plant (time_step above 0)"
+        )
+    if scenario.integrator.scheme != IntegratorSettings().scheme:
+        raise InputError(
+            f"{where}: integrator.scheme",
+            scenario.integrator.scheme,
+            "no scheme with engine compiled, which has its own",
+        )
 
 
 def _check_grip_overrides(scenario: Scenario, where: str) -> None:

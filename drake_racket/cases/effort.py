@@ -21,6 +21,7 @@ from drake_racket.cases.case import Case
 SLOW = 40_000
 """Steps from which a run is called slow: about half a minute."""
 
+_COMPILED = 20  # times faster, at least, is a step of the compiled engine
 _SLOPE = 0.2  # dz/L of the springs at a point that is hit hard
 _PER_RADIAN, _PER_STABLE, _PER_SECOND = 10.0, 1.0 / 3.0, 1e5  # steps
 _LONGEST = 1.5  # rad in a fixed step, beyond which it is unstable or wrong
@@ -46,10 +47,11 @@ class Effort:
     steps: float
     seconds: float
     fastest: Rate
+    compiled: bool = False
 
     def slow(self) -> str:
         """Says that a run is slow, and why; empty if it is not."""
-        if self.steps < SLOW:
+        if self.steps < SLOW * (_COMPILED if self.compiled else 1):
             return ""
         about = float(f"{self.steps:.1g}")
         if self.fastest.steps(self.seconds) < self.steps:
@@ -72,7 +74,7 @@ def effort(case: Case) -> Effort:
         steps = seconds / integrator.maximum_step
     else:
         steps = max(_PER_SECOND * seconds, fastest.steps(seconds))
-    return Effort(steps, seconds, fastest)
+    return Effort(steps, seconds, fastest, scenario.engine == "compiled")
 
 
 def unstable(case: Case) -> str:

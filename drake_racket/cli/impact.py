@@ -45,6 +45,9 @@ def impact(
         str | None, typer.Option(help="free, clamped_head, clamped_handle, grip or limb.")
     ] = None,
     after: Annotated[float | None, typer.Option(help="Time simulated from touch on (s).")] = None,
+    engine: Annotated[
+        str | None, typer.Option(help="drake (which one impact runs on), or compiled.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Directory for the history (NetCDF, CSV) and the plot.")
     ] = None,
@@ -71,6 +74,7 @@ def impact(
         "azimuth_deg": azimuth,
         "support": support,
         "after": after,
+        "engine": engine,
     }
     scenario = Scenario() if scenario_file is None else load_scenario(scenario_file)
     changes: dict[str, Any] = {k: v for k, v in given.items() if v is not None}

@@ -38,6 +38,8 @@ from drake_racket.parameters.racket import JOINT_READINGS, RacketParameters, loa
 
 SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip", "limb")
 SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")
+ENGINES = ("auto", "drake", "compiled")
+"""Of a scenario. `auto`: one impact runs on Drake, sweeps take the compiled engine where it can."""
 MAXIMUM_STEP = 2e-4
 """s, of a run with an impact: the default, and the longest measured (docs/performance.md)."""
 
@@ -130,6 +132,8 @@ class Scenario(Schema):
         gravity: in the world; that is the racket's initial frame R but where a limb holds it.
         time_step: 0 for a continuous plant, else the step of a discrete one.
         audit: integrate losses and impulse beside the motion (`results.energy`).
+        engine: what computes it: `drake`, `compiled`, or `auto`; see ENGINES.
+        integrator: steps and accuracy; the compiled engine has a scheme of its own.
 
     """
 
@@ -155,6 +159,7 @@ class Scenario(Schema):
     gravity: Annotated[Vector, Three("m/s^2", 100.0)] = (0.0, 0.0, 0.0)
     time_step: Annotated[float, Number("s", 0.0, 1e-3), After(_time_step)] = 0.0
     audit: Flag = True
+    engine: Annotated[str, OneOf(*ENGINES)] = "auto"
     integrator: IntegratorSettings = field(default_factory=IntegratorSettings)
 
     def __post_init__(self) -> None:

@@ -158,12 +158,14 @@ def _error(part: float, stiff: int, records: Any, scale: Any, s: Any, nq: int) -
     """The estimated error of the step just taken."""
     k, rows, columns, law, inner, g = s[4], s[5], s[6], s[7], s[8], s[9]
     if stiff < 0:
-        return error_of(part, k, DP_ERROR, 7, scale)
+        error: float = error_of(part, k, DP_ERROR, 7, scale)
+        return error
     normal = law[4] + part * law[5]
     _, _, a, b, d = friction_at(g[6, 0], g[6, 1], normal, records[stiff, CONSTANTS])
-    return damped_error_of(
+    damped: float = damped_error_of(
         part, k, ARK_ERROR, scale, nq, rows, columns, inner, a, b, d, ARK_GAMMA, s[10]
     )
+    return damped
 
 
 @compilable

@@ -143,7 +143,7 @@ GLOBALS = 4
 
 
 def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
-    """Gives the tables of a model as views of its two vectors: integers, then floats, then heads."""
+    """Gives the tables of a model as views of its two vectors: integers, floats, then heads."""
     n, l, b, s = ints[NODES], ints[LEAVES], ints[BUSHINGS], ints[SPRINGS]
     c, p, j = ints[CONTACTS], ints[ALL_POINTS], ints[LIMITS]
     fr, li, nv = ints[FRAME_LOSSES], ints[LIMB_LOSSES], ints[VELOCITIES]
