@@ -108,5 +108,7 @@ def _print_summary(dataset: xarray.Dataset, out: Path) -> None:
         console.print(f"[yellow]failed:[/] {count} x {escape(reason)}")
     for text, count in json.loads(dataset.attrs["warnings"]).items():
         console.print(f"[yellow]warning:[/] {count} x {escape(text)}")
+    if "comparison" in dataset.attrs:
+        console.print(escape(json.loads(dataset.attrs["comparison"])["text"]))
     for path in result_paths(out):
         console.print(f"wrote {escape(str(path))}")

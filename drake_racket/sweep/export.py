@@ -27,9 +27,10 @@ from drake_racket.io.fingerprint import as_text, difference, digest
 from drake_racket.io.units import labelled
 from drake_racket.store import StoreReader
 from drake_racket.sweep.axes import AxisColumn, SweepAxis
+from drake_racket.sweep.check import compare
 from drake_racket.sweep.identity import fingerprint
 from drake_racket.sweep.spec import Sweep
-from drake_racket.sweep.store import case_rows, read_sweep
+from drake_racket.sweep.store import case_rows, check_rows, read_sweep
 
 if TYPE_CHECKING:
     import xarray
@@ -81,6 +82,8 @@ def make_dataset(sweep: Sweep, store: StoreReader) -> xarray.Dataset:
     for axis in sweep.axes:
         coordinates |= _coordinates(axis)
     versions = identity["computation"]
+    comparison = compare(sweep, list(case_rows(store)), list(check_rows(store)))
+    compared = {} if comparison is None else {"comparison": json.dumps(comparison.plain())}
     return xarray.Dataset(
         variables,
         coords=coordinates,
@@ -93,6 +96,7 @@ def make_dataset(sweep: Sweep, store: StoreReader) -> xarray.Dataset:
             "drake_version": versions["drake"],
             "python_version": versions["python"],
             "source": "Glynn, King & Mitchell (2011), doi:10.1007/s12283-010-0056-x",
+            **compared,
         },
     )
 

@@ -31,6 +31,7 @@ class Output:
         needs_history: it is read from the time history, which makes a run slower.
         needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb)
             or LIMB (support limb); without it the number is NaN.
+        of_engine: it tells how an engine worked, not what happened: engines need not agree.
 
     """
 
@@ -40,6 +41,7 @@ class Output:
     read: Callable[[ImpactResult], float]
     needs_history: bool = False
     needs: str = ""
+    of_engine: bool = False
 
     def available(self, scenario: Scenario) -> bool:
         """Tells whether such a scenario can have it."""
@@ -75,10 +77,16 @@ def _warning_count(result: ImpactResult) -> float:
 
 
 def _single(
-    name: str, units: str, text: str, *, needs_history: bool = False, needs: str = ""
+    name: str,
+    units: str,
+    text: str,
+    *,
+    needs_history: bool = False,
+    needs: str = "",
+    of_engine: bool = False,
 ) -> Output:
     read = functools.partial(_attribute, name=name)
-    return Output(name, units, text, read, needs_history, needs)
+    return Output(name, units, text, read, needs_history, needs, of_engine)
 
 
 def _vector(name: str, units: str, text: str) -> list[Output]:
@@ -219,14 +227,23 @@ def _all() -> list[Output]:
             "largest gap of the energy balance over the initial kinetic energy",
             needs_history=True,
             needs=AUDIT,
+            of_engine=True,
         ),
-        _single("momentum_error", "1", "largest gap of momentum", needs_history=True, needs=AUDIT),
+        _single(
+            "momentum_error",
+            "1",
+            "largest gap of momentum",
+            needs_history=True,
+            needs=AUDIT,
+            of_engine=True,
+        ),
         _single(
             "angular_momentum_error",
             "1",
             "largest gap of angular momentum (free racket)",
             needs_history=True,
             needs=AUDIT,
+            of_engine=True,
         ),
         *(
             Output(
@@ -242,9 +259,9 @@ def _all() -> list[Output]:
                 ("hand_torque", "N*m", "torque"),
             )
         ),
-        _single("steps", "1", "steps of the integrator"),
-        _single("evaluations", "1", "evaluations of the derivatives"),
-        Output("warning_count", "1", "number of warnings", _warning_count),
+        _single("steps", "1", "steps of the integrator", of_engine=True),
+        _single("evaluations", "1", "evaluations of the derivatives", of_engine=True),
+        Output("warning_count", "1", "number of warnings", _warning_count, of_engine=True),
     ]
 
 

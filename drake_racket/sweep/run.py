@@ -16,13 +16,14 @@ from drake_racket.io.progress import Progress, Report
 from drake_racket.pool import PoolError, check_workers, leave_if_imported_again
 from drake_racket.results.formats import write_history
 from drake_racket.sweep.cases import CasePlan, make_plan
+from drake_racket.sweep.check import ChecksFailed, compare, in_drake, sample
 from drake_racket.sweep.cluster import ClusterLost, connected
 from drake_racket.sweep.export import OWN_VARIABLES, make_dataset, write_results
 from drake_racket.sweep.identity import fingerprint
 from drake_racket.sweep.runner import Outcomes, run_cases
 from drake_racket.sweep.spec import Sweep
-from drake_racket.sweep.store import SweepStore, remove_sweep
-from drake_racket.sweep.worker import CaseOutcome, failed
+from drake_racket.sweep.store import SweepStore, case_rows, check_rows, remove_sweep
+from drake_racket.sweep.worker import CaseOutcome, failed, may_run_compiled
 
 if TYPE_CHECKING:
     import distributed
@@ -66,6 +67,8 @@ def run_sweep(
 
     Raises:
         InputError: before any case runs: the sweep is not valid, or `out` has another one.
+        ChecksFailed: the sample of cases that ran in Drake once more (`check`) differs by more
+            than the sweep's tolerance. The results are in `out`.
         SweepStopped: processes cannot be started, the Dask scheduler went away, or `out` cannot be
             written any more. What is finished is in `out`.
         KeyboardInterrupt: on Ctrl-C (and SIGTERM within `io.interrupts.terminable`), after the
@@ -99,17 +102,23 @@ def run_sweep(
         try:
             try:
                 _run_missing(sweep, plan, store, out, outcomes, report)
+                _run_checks(sweep, plan, store, workers, client, report)
             except KeyboardInterrupt:
                 with undisturbed():
                     _results(sweep, store, out)
                 raise
-            return _results(sweep, store, out)
+            dataset = _results(sweep, store, out)
         except (PoolError, ClusterLost) as error:
             raise _stopped(str(error), sweep, out, store) from None
         except BrokenPipeError:  # of the caller's progress
             raise
         except OSError as error:
             raise _stopped(f"{out} cannot be written ({error})", sweep, out, store) from None
+        comparison = compare(sweep, list(case_rows(store)), list(check_rows(store)))
+    if comparison is not None and not comparison.passes():
+        where = "" if out is None else f"; the results are in {out}"
+        raise ChecksFailed(f"the sweep is not what Drake computes: {comparison.text()}{where}")
+    return dataset
 
 
 def run_grid(
@@ -202,6 +211,35 @@ def _run_missing(
             done += len(batch)
             failures += sum(bool(outcome.failure) for outcome in batch)
             tell(done)
+
+
+def _run_checks(
+    sweep: Sweep,
+    plan: CasePlan,
+    store: SweepStore,
+    workers: int,
+    client: distributed.Client | None,
+    report: Report,
+) -> None:
+    """Runs some of the cases in Drake once more, as `check` has it."""
+    failures = store.finished()
+    compiled = [c for c in plan.order() if not failures[c] and may_run_compiled(sweep.scenario(c))]
+    have = {row.case for row in check_rows(store)}
+    cases = [case for case in sample(sweep, compiled) if case not in have]
+    if not cases:
+        return
+    drake, start = in_drake(sweep), time.monotonic()
+    outcomes = run_cases(drake, plan, cases, workers=min(workers, len(cases)), client=client)
+    done = 0
+    with contextlib.closing(outcomes):
+        for batch in outcomes:
+            if interrupted():
+                batch = [outcome for outcome in batch if not outcome.failure]
+            store.record_checks(batch)
+            raise_interrupts()
+            done += len(batch)
+            seconds = time.monotonic() - start
+            report(Progress("comparing", done, len(cases), seconds=seconds))
 
 
 def _is_finished(case: int, finished: dict[int, bool], sweep: Sweep, out: Path | None) -> bool:

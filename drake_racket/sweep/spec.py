@@ -7,6 +7,7 @@ axes:                        # see `axes`; the first varies slowest
 outputs: [restitution, rebound_speed]          # see `outputs`
 histories: {point: [5]}      # all, none, numbers of cases, or labels along axes
 history_formats: [nc]
+check: {share: 0.01, most: 5, tolerance: 0.001}     # cases that run in Drake once more
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from drake_racket.cases.case import check_scenario, load_scenario, resolve
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import read, shown
+from drake_racket.io.schema import Number, Schema, Whole, read, shown
 from drake_racket.io.yaml_files import parse_tree, read_text
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.formats import check_format
@@ -30,6 +31,26 @@ from drake_racket.sweep.outputs import OUTPUTS, USUAL_OUTPUTS, Output, find_outp
 
 MAX_BYTES = 20_000_000  # rows of a large design; this stops a wrong file early
 _TAKEN = ("case", "status", "failure", "scenario_hash", "sweep")
+
+
+@dataclass(frozen=True)
+class SweepCheck(Schema):
+    """Says how a sweep that runs compiled is compared with Drake; see `check`.
+
+    Attributes:
+        share: of the cases that run in Drake once more, at least one of them.
+        most: of them; 0 for none.
+        tolerance: of a difference, over the largest magnitude among all cases.
+
+    """
+
+    share: Annotated[float, Number("1", 0.0, 1.0)] = 0.01
+    most: Annotated[int, Whole(0, 10_000)] = 5
+    tolerance: Annotated[float, Number("1", 1e-12, 1.0)] = 1e-3
+
+    def count(self, cases: int) -> int:
+        """Gives the number of cases to compare, of a sweep of so many."""
+        return min(self.most, max(1, math.ceil(self.share * cases)))
 
 
 @dataclass(frozen=True, repr=False)
@@ -42,6 +63,7 @@ class Sweep:
         outputs: what is kept of every case.
         histories: numbers of the cases whose time history is written, in order.
         history_formats: suffixes of the files it is written to.
+        check: how it is compared with Drake.
 
     """
 
@@ -50,6 +72,7 @@ class Sweep:
     outputs: tuple[Output, ...]
     histories: frozenset[int] = frozenset()
     history_formats: tuple[str, ...] = ("nc",)
+    check: SweepCheck = SweepCheck()
 
     def __repr__(self) -> str:
         """Shows the axes with their lengths, and how many cases there are."""
@@ -101,7 +124,7 @@ def parse_sweep(text: str, where: str = "sweep", directory: str | Path = Path())
     """Reads and checks a sweep from YAML text; see `load_sweep`."""
     directory = Path(directory)
     tree = parse_tree(text, where)
-    names = ("base", "axes", "outputs", "histories", "history_formats")
+    names = ("base", "axes", "outputs", "histories", "history_formats", "check")
     if not isinstance(tree, dict):
         raise InputError(where, tree, f"a mapping with the keys {', '.join(names)}")
     for name in tree:
@@ -124,6 +147,7 @@ def make_sweep(
     outputs: Sequence[str | Output] = USUAL_OUTPUTS,
     histories: Any = "none",
     history_formats: Sequence[str] = ("nc",),
+    check: Any = None,
     *,
     where: str = "sweep",
 ) -> Sweep:
@@ -135,6 +159,7 @@ def make_sweep(
         outputs: names of what is kept of every case; in Python also an `Output` of your own.
         histories: `all`, `none`, numbers of cases, or dimension -> labels.
         history_formats: suffixes of the files they are written to.
+        check: of `SweepCheck`; its defaults if None.
 
     Raises:
         InputError: naming the key, the value and what is allowed.
@@ -149,7 +174,8 @@ def make_sweep(
     formats = tuple(_texts(history_formats, f"{where}: history_formats"))
     for suffix in formats:
         check_format(suffix, f"{where}: history_formats")
-    sweep = Sweep(base, made, chosen, frozenset(), formats)
+    compared = read({} if check is None else check, SweepCheck, f"{where}: check")
+    sweep = Sweep(base, made, chosen, frozenset(), formats, compared)
     selected = _select(histories, sweep, f"{where}: histories")
     return dataclasses.replace(sweep, histories=frozenset(selected))
 

@@ -3,6 +3,7 @@
     table cases     one row per finished case: case (its number), hash (of its scenario), status
                     (done or failed), failure, warnings (JSON list), seconds, then one column per
                     output; NULL is NaN
+    table checks    cases that ran in Drake once more: case, failure, then one column per output
     table header    key, value (JSON): what `identity.fingerprint` has (base scenario, files with
                     their content, axes, outputs, computation), and scenario_hashes of all cases
 
@@ -64,10 +65,13 @@ class SweepStore(Store):
             " status TEXT NOT NULL CHECK (status IN ('done', 'failed')),"
             f" failure TEXT NOT NULL, warnings TEXT NOT NULL, seconds REAL, {columns})"
         )
+        checks = (
+            f'CREATE TABLE checks ("case" INTEGER PRIMARY KEY, failure TEXT NOT NULL, {columns})'
+        )
         self._columns = 6 + len(outputs)
         path = None if directory is None else directory / FILE
         try:
-            super().__init__(path, header, [schema], key="--out", what="sweep")
+            super().__init__(path, header, [schema, checks], key="--out", what="sweep")
         except OtherComputation as error:
             allowed = f"{error.allowed} (--fresh starts anew)"
             raise OtherComputation(error.key, error.value, allowed) from None
@@ -89,6 +93,14 @@ class SweepStore(Store):
         marks = ", ".join("?" * self._columns)
         self.write(f"INSERT OR REPLACE INTO cases VALUES ({marks})", rows)
 
+    def record_checks(self, outcomes: Sequence[CaseOutcome]) -> None:
+        """Makes cases that ran in Drake once more durable."""
+        rows = [
+            (o.case, o.failure, *(None if math.isnan(x) else x for x in o.values)) for o in outcomes
+        ]
+        marks = ", ".join("?" * (self._columns - 4))
+        self.write(f"INSERT OR REPLACE INTO checks VALUES ({marks})", rows)
+
     def finished(self) -> dict[int, bool]:
         """Maps each finished case to whether it failed."""
         found = self.read('SELECT "case", status FROM cases ORDER BY "case"')
@@ -101,6 +113,13 @@ def case_rows(store: StoreReader) -> Iterator[CaseRow]:
         case, _, _, failure, warnings, _, *values = row
         numbers = [math.nan if x is None else float(x) for x in values]
         yield CaseRow(case, failure, json.loads(warnings), numbers)
+
+
+def check_rows(store: StoreReader) -> Iterator[CaseRow]:
+    """Gives the cases that ran in Drake once more, by their numbers."""
+    for case, failure, *values in store.read('SELECT * FROM checks ORDER BY "case"'):
+        numbers = [math.nan if x is None else float(x) for x in values]
+        yield CaseRow(case, failure, [], numbers)
 
 
 def read_sweep(directory: str | Path) -> StoreReader:

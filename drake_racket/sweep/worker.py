@@ -12,18 +12,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_racket.cases.case import parse_scenario
+from drake_racket.cases.case import Case, parse_scenario, resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.fingerprint import as_text, computation, difference
-from drake_racket.parameters.scenario import Scenario
-from drake_racket.results.impact import ImpactResult
+from drake_racket.laws.compilation import HAS_NUMBA
+from drake_racket.parameters.scenario import IntegratorSettings, Scenario
+from drake_racket.results.impact import ImpactResult, make_result
 from drake_racket.simulation import simulate
 from drake_racket.sweep.identity import file_hashes
 from drake_racket.sweep.outputs import Output, read_outputs
 
 if TYPE_CHECKING:
     import xarray
+
+    from drake_racket.engines.compiled.engine import CompiledImpact
 
 MOST_DIAGRAMS = 8
 """Diagrams that a process keeps."""
@@ -90,6 +93,7 @@ class CaseOutcome:
         seconds: that it took.
         builds: Diagrams that the process has built so far.
         data: if they were wanted, and the case did not fail.
+        engine: that ran it.
 
     """
 
@@ -100,6 +104,7 @@ class CaseOutcome:
     seconds: float = 0.0
     builds: int = 0
     data: xarray.Dataset | None = None
+    engine: str = ""
 
 
 def failed(case: int, outputs: int, reason: str, seconds: float = 0.0) -> CaseOutcome:
@@ -124,7 +129,7 @@ def run_case(task: CaseTask) -> CaseOutcome:
         data = None
         try:
             system = _diagram(task.builder)
-            result = simulate(task.scenario, system, history=history)
+            result, engine = _simulate(task, system, history)
             values = read_outputs(result, settings.outputs)
             if task.data:
                 data = settings.reader(result, system) if settings.reader else result.history
@@ -140,7 +145,46 @@ def run_case(task: CaseTask) -> CaseOutcome:
             seconds=time.perf_counter() - start,
             builds=_diagram.cache_info().misses,
             data=data,
+            engine=engine,
         )
+
+
+def _simulate(task: CaseTask, system: ImpactDiagram, history: bool) -> tuple[ImpactResult, str]:
+    """Runs a case in the engine that it names, or, with `auto`, compiled where that can be."""
+    case = resolve(task.scenario)
+    model = _model_for(case, task.builder)
+    if model is None:
+        return simulate(case, system, history=history), "drake"
+    return make_result(case, model.run(case, every_sample=history), history=history), "compiled"
+
+
+def _model_for(case: Case, builder: str) -> CompiledImpact | None:
+    """The compiled model for a case; None where Drake runs it."""
+    scenario = case.scenario
+    return _compiled(builder, scenario.engine != "auto") if may_run_compiled(scenario) else None
+
+
+def may_run_compiled(scenario: Scenario) -> bool:
+    """Tells whether a sweep's case runs compiled, if its plant has nothing that only Drake knows.
+
+    Without numba the compiled engine is slower than Drake: `auto` leaves it then.
+    """
+    if scenario.engine == "auto":
+        ours = scenario.integrator.scheme == IntegratorSettings().scheme
+        return HAS_NUMBA and ours and scenario.time_step == 0.0
+    return scenario.engine == "compiled"
+
+
+@functools.lru_cache(maxsize=MOST_DIAGRAMS)
+def _compiled(builder: str, must: bool) -> CompiledImpact | None:
+    from drake_racket.engines.compiled.engine import CompiledImpact
+
+    try:
+        return CompiledImpact(_diagram(builder))
+    except InputError:  # what only Drake can honour
+        if must:
+            raise
+        return None
 
 
 @functools.lru_cache(maxsize=MOST_DIAGRAMS)

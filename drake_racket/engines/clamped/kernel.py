@@ -237,7 +237,7 @@ def _batch(stamp: int) -> Any:
             )
         return stamp
 
-    return compiled(run_batch, parallel=True, error_model="numpy")
+    return compiled(run_batch, parallel=True)
 
 
 run_batch = _batch(sources_stamp(strings, contact, phases, ode, steps))
