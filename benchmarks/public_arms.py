@@ -170,7 +170,7 @@ def attempt(path: Path, name: str) -> Tried:
                 locked = (*locked, *names[1].split(", "))
                 tried.notes.append(f"locked: [{names[1]}]")
     except (InputError, SimulationError) as error:
-        tried.stopped = f"{step}: {error}"
+        tried.stopped = f"{step}: {error}".replace(f"{path.parent}/", "")
     except Exception as error:
         tried.stopped = f"{step}: {type(error).__name__}: {str(error).splitlines()[0]}"
     return tried
@@ -230,7 +230,7 @@ def markdown(rows: list[Tried]) -> str:
 
 
 def _cell(text: str) -> str:
-    short = text if len(text) <= 160 else text[:157] + "..."
+    short = text if len(text) <= 90 else text[:87] + "..."
     return short.replace("|", "/").replace("\n", " ")
 
 
