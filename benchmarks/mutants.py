@@ -7,7 +7,7 @@ A mutant is one random change in a function's code: a comparison or its border, 
 or operator, `and` for `or`, a `not` taken away, a number by 1 % (a whole one by 1), a branch turned
 round. Texts, annotations, `__repr__` and what only types see are let be. The tests are those of the
 module's own file in the mirrored folder (`tests/laws/test_contact.py` of `laws/contact.py`), or
-else all of that folder's, and what `BESIDE` adds; slow tests are left out. The package is copied
+else all of that folder's, or what `BESIDE` names; slow tests are left out. The package is copied
 first: the working tree is never touched. The same seed gives the same mutants of the same source.
 
 The outcome goes to `--out`, a line a mutant, and a table by room to standard output: found, of how
@@ -35,17 +35,36 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE, TESTS = ROOT / "drake_racket", ROOT / "tests"
 
 BESIDE = {
-    "simulation.py": ["test_impact.py"],
+    "simulation.py": ["test_simulation.py", "test_impact.py"],
     "pool.py": ["test_pool.py"],
     "store.py": ["test_store.py"],
-    "results": ["test_impact.py", "results"],
+    "cases/effort.py": ["cases/test_effort.py"],
     "cases": ["cases", "plant/test_composition.py"],
-    "plant": ["plant", "test_impact.py"],
-    "plots": ["cli/test_plot_command.py"],
     "engines/drake": ["engines/test_drake_engine.py", "test_impact.py"],
+    "io/csv_text.py": ["io/test_tables.py", "io/test_signals.py"],
+    "io/csv_numbers.py": ["io/test_tables.py", "io/test_signals.py", "io/test_numbers.py"],
+    "io/units.py": ["io/test_tables.py", "io/test_signals.py"],
+    "io/schema.py": ["io/test_text_paths.py", "io/test_yaml_files.py", "parameters"],
+    "laws/limits.py": ["limbs/test_limits.py"],
+    "laws/bed.py": ["laws", "plant/test_other_beds.py"],
+    "limbs/chain.py": ["limbs/test_chain.py"],
+    "limbs/inertia.py": ["limbs/test_chain.py"],
+    "limbs/files": ["limbs/test_files.py", "limbs/test_ties.py", "limbs/test_chain.py"],
+    "limbs/models.py": ["limbs/test_files.py", "limbs/test_ties.py", "limbs/test_composition.py"],
+    "limbs/mujoco": ["limbs/test_mujoco.py", "limbs/test_files.py"],
+    "limbs/opensim": ["limbs/test_files.py"],
+    "limbs/stroke_position.py": ["limbs/test_stroke.py", "limbs/test_ties.py"],
+    "limbs/stroke_velocity.py": ["limbs/test_ties.py", "limbs/test_stroke.py"],
+    "limbs/stroke.py": ["limbs/test_stroke.py", "limbs/test_ties.py"],
+    "limbs/torques.py": ["limbs/test_torques.py", "limbs/test_ties.py"],
     "parameters": ["parameters"],
+    "plant": ["plant", "test_impact.py"],
+    "plots": ["cli/test_plot_command.py", "cli/test_names_in_files.py"],
+    "results/loads.py": ["results/test_loads.py"],
+    "results/warnings.py": ["results/test_warnings.py"],
+    "results": ["results", "test_impact.py"],
 }
-"""Tests of a module or room beside, or in place of, those of the mirrored folder."""
+"""Tests of a module or room in place of those of its own file; the first key that fits counts."""
 
 COMPARISONS: dict[type[ast.cmpop], list[type[ast.cmpop]]] = {
     ast.Lt: [ast.LtE, ast.GtE],
