@@ -11,6 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, ScopedName
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.extras import need_library
 from drake_racket.limbs.chain import Graph
 from drake_racket.limbs.files.joints import settle_joints, with_ties
 from drake_racket.limbs.files.parse import DIRECTIVES, Loaded, load_files
@@ -23,6 +24,13 @@ LimbBuilder = Callable[[MultibodyPlant], Limb | Frame]
 MUJOCO, OPENSIM = (".xml", ".mjb"), (".osim",)
 SUFFIXES = (".sdf", ".urdf", *DIRECTIVES, *MUJOCO, *OPENSIM)
 """Of the files that hold a limb; in capitals too."""
+
+
+def need_reader(model: str, key: str) -> None:
+    """Refuses a model whose format needs a library that is not installed; before any work."""
+    for suffixes, library in ((MUJOCO, "mujoco"), (OPENSIM, "opensim")):
+        if model.lower().endswith(suffixes):
+            need_library(library, library, key, model)
 
 
 def find_limb(plant: MultibodyPlant, hand: Frame, *, ties: Iterable[Tie] = ()) -> Limb:

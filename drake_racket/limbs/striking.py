@@ -90,8 +90,6 @@ def _check_constraints(plant: MultibodyPlant, limb: Limb) -> None:
             "none but coupler constraints that its Limb names (find_limb(..., ties=...)), or the"
             " model as a file, whose constraints are read",
         )
-    if limb.ties and plant.is_finalized() and plant.time_step() == 0.0:
-        raise InputError("limb: the plant", "coupler constraints", "a plant with a time step")
 
 
 @dataclass(frozen=True, repr=False)

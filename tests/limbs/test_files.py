@@ -9,7 +9,7 @@ import pytest
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_racket import InputError, Stroke, add_limb_model, simulate
+from drake_racket import InputError, Stroke, add_limb_model, resolve, simulate
 from drake_racket.sweep import make_sweep, run_sweep
 from tests.limbs.arms import TRUNK, arm, joint, link, robot, striking
 
@@ -443,3 +443,11 @@ def test_a_broken_opensim_file(tmp_path):
     with pytest.raises(InputError, match="a model that OpenSim reads") as caught:
         load(tmp_path / "arm.osim")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("name", "library"), [("a.xml", "mujoco"), ("a.OSIM", "opensim")])
+def test_a_missing_library_is_named_before_any_work(tmp_path, monkeypatch, name, library):
+    (tmp_path / name).write_text("<x/>")
+    monkeypatch.setattr("drake_racket.io.extras.has_library", lambda module: module != library)
+    with pytest.raises(InputError, match=rf"limb\.model.*drake-racket\[{library}\]"):
+        resolve(striking(tmp_path / name, "hand"))
