@@ -9,7 +9,7 @@ import pytest
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_racket import InputError, Stroke, add_limb_model, resolve, simulate
+from drake_racket import InputError, Stroke, add_limb_model, find_limb, resolve, simulate
 from drake_racket.sweep import make_sweep, run_sweep
 from tests.limbs.arms import TRUNK, arm, joint, link, robot, striking
 
@@ -423,6 +423,16 @@ def test_an_opensim_arm_by_key(osim):
     result = simulate(case)
     assert list(result.history.joint.values)[:4] == ["turn", "lift", "roll", "bend"]
     assert result.energy_error < 1e-5
+
+
+def test_importers_and_finders_agree(osim, mjcf):
+    """What carries the hand is the same chain, whoever reads it."""
+    for path, hand in ((osim(), "radius"), (mjcf(), "palm"), (mjcf(), "lid")):
+        plant = MultibodyPlant(0.0)
+        limb = add_limb_model(plant, path, hand)
+        again = find_limb(plant, limb.hand)
+        assert again.joint_names() == limb.joint_names()
+        assert again.others() == limb.others()
 
 
 @pytest.mark.parametrize(
