@@ -154,7 +154,7 @@ def _simulate(task: CaseTask, system: ImpactDiagram, history: bool) -> tuple[Imp
     case = resolve(task.scenario)
     model = _model_for(case, task.builder)
     if model is None:
-        return simulate(case, system, history=history), "drake"
+        return simulate(task.scenario, system, history=history), "drake"
     return make_result(case, model.run(case, every_sample=history), history=history), "compiled"
 
 

@@ -51,7 +51,8 @@ def test_a_labelled_axis_stands_for_several_changes():
         "labels": ["slow", "edge"],
     }
     dataset = run({"shot": axis}, (REBOUND_SPEED,))
-    expected = simulate(Scenario(**(vars(BASE) | {"speed": 25.0, "point": "4"})), history=False)
+    scenario = Scenario(**(vars(BASE) | {"speed": 25.0, "point": "4", "engine": "compiled"}))
+    expected = simulate(scenario, history=False)
     assert list(dataset["shot"].values) == ["slow", "edge"]
     found = float(dataset["rebound_speed"].sel(shot="edge"))
     assert found == np.linalg.norm(expected.rebound_velocity)

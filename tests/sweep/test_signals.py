@@ -98,7 +98,7 @@ def test_a_signal_leaves_what_is_finished_and_says_how_to_go_on(number, workers,
 
 def test_a_signal_is_not_the_failure_of_a_case(tmp_path, monkeypatch):
     """Libraries turn an interrupt into an error of their own: the case has not failed by that."""
-    (tmp_path / "sweep.yaml").write_text(YAML)
+    (tmp_path / "sweep.yaml").write_text(YAML.replace("base: {", "base: {engine: drake, "))
     out = tmp_path / "out"
 
     def interrupted(*args, **kwargs):

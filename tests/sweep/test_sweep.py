@@ -105,7 +105,7 @@ def test_a_run_that_fails_is_a_row_and_the_sweep_goes_on(monkeypatch):
 
     monkeypatch.setattr("drake_racket.sweep.worker.simulate", breaks)
     axes = {"speed": {"values": [25.0, 26.0], "unit": "m/s"}}
-    dataset = run_sweep(make_sweep(BASE, axes, ["kb"]))
+    dataset = run_sweep(make_sweep(replace(BASE, engine="drake"), axes, ["kb"]))
     assert dataset["status"].to_numpy().tolist() == [1, 0]
     reason = str(dataset["failure"].to_numpy()[0])
     assert reason == "SimulationError: stopped at t = 0.001 s: no step is small enough"
@@ -136,7 +136,9 @@ def test_every_output_is_of_the_impact():
         integrator=IntegratorSettings(accuracy=1e-3),
     )
     names = [name for name, output in OUTPUTS.items() if output.available(base)]
-    found = run_sweep(make_sweep(base, {"racket": ["tour"]}, names)).isel(racket=0)
+    loose = {"tolerance": 0.02}  # as the integrator's accuracy
+    sweep = make_sweep(base, {"racket": ["tour"]}, names, check=loose)
+    found = run_sweep(sweep).isel(racket=0)
     n = {name: float(found[name]) for name in names}
     mass = base.load_ball().mass.value
     assert math.hypot(*(n[f"approach_velocity_{a}"] for a in "xyz")) == pytest.approx(24.0)
@@ -171,7 +173,7 @@ def test_a_factor_multiplies_the_cases_own_parameter(ran):
     _, _, dataset = ran
     mass = BASE.load_ball().mass.value
     lighter = replace(BASE, speed=20.0, overrides={"ball.mass": 0.9 * mass})
-    expected = simulate(lighter, history=False).apparent_restitution
+    expected = simulate(lighter, history=False, engine="compiled").apparent_restitution
     assert float(dataset["restitution"].sel(mass=0.9, aim=0)) == expected
     assert dataset["mass"].attrs == {
         "units": "1",
@@ -571,7 +573,7 @@ def test_results_that_cannot_be_written_stop_the_sweep(tmp_path, monkeypatch, in
     (tmp_path / "results.nc").rmdir()
     before: list[int] = []
     run_sweep(sweep, tmp_path, progress=lambda p: before.append(p.before))
-    assert before[-1] == (1 if interrupted else 2)
+    assert max(before) == (1 if interrupted else 2)
 
 
 def test_workers_and_a_scheduler_do_not_go_together(tmp_path):

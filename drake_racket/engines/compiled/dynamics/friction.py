@@ -124,11 +124,13 @@ def _respond(ints: Any, numbers: Any, leaf_ints: Any, w: Any, leaves: Any, vdot:
 
 
 @compilable
-def _rate_of_sliding(model: Any, contact: int, r: Any, v: Any, w: Any, leaves: Any, f: Any) -> Any:
+def _rate_of_sliding(
+    model: Any, contact: int, i: int, r: Any, v: Any, w: Any, leaves: Any, f: Any
+) -> Any:
     """Rate of the ball's velocity relative to the string mass, as seen in the head (m/s^2).
 
     With Q the ball, v = R^T (v_Q - v_H - n s), v_H the head's point under it: the head's axes turn,
-    and the point moves on with the ball.
+    and the point moves on with the ball. Point mass i is the one in contact.
     """
     c, n = model[at.CONTACT_ROWS][contact], model[at.CONTACT_NUMBERS][contact]
     q0, q1, q2, u0, u1, u2 = ball_motion(n, c[at.BALL], w)
@@ -136,7 +138,6 @@ def _rate_of_sliding(model: Any, contact: int, r: Any, v: Any, w: Any, leaves: A
     x0, x1, x2 = cross(a[ACC], a[ACC + 1], a[ACC + 2], q0, q1, q2)
     z0, z1, z2 = cross(a[VEL], a[VEL + 1], a[VEL + 2], u0, u1, u2)
     g0, g1, g2 = a[ACC + 3] + x0 + z0, a[ACC + 4] + x1 + z1, a[ACC + 5] + x2 + z2
-    i = c[at.LEAF_0]
     head = model[at.LEAF_ROWS][i, at.PARENT]
     b0, b1, b2 = 0.0, 0.0, 0.0
     if head >= 0:
@@ -180,7 +181,7 @@ def linearise(
     i = c[at.LEAF_0] + int(record[POINT]) - 1
     leaf, head = leaves[i], leaf_ints[i, 0]
     p, v, r = relative(n, c[at.BALL], head, w, leaf)
-    a0, a1, a2 = _rate_of_sliding(model, contact, r, v, w, leaves, f)
+    a0, a1, a2 = _rate_of_sliding(model, contact, i, r, v, w, leaves, f)
     q0, q1, q2, _, _, _ = ball_motion(n, c[at.BALL], w)
     place = (q0, q1, q2)
     for axis in range(2):

@@ -47,7 +47,6 @@ class Node:
     X_PF: RigidTransform = field(default_factory=RigidTransform)
     pitch: float = 0.0
     joint: Joint | None = None
-    axes: int = 0  # of the joint before this one
 
 
 @dataclass
@@ -132,73 +131,48 @@ class Tree:
 
     def _chain(self, joint: Joint, parent: int, X: RigidTransform, reverse: bool) -> RotationMatrix:
         """The nodes of a joint; returns how the last one's axes are turned from the joint's."""
-        q, v = joint.position_start(), joint.velocity_start()
         kind = joint.type_name()
-        sign = -1.0 if reverse else 1.0
-        turn = RotationMatrix()
         if kind in _AXES or kind in ("universal", "planar"):
-            steps = _steps(joint)
-            for k, (what, axis, pitch) in (
-                reversed(list(enumerate(steps))) if reverse else enumerate(steps)
-            ):
-                to_axis = _rotation_to(sign * axis)
-                turned = RotationMatrix(turn.inverse().matrix() @ to_axis.matrix())
-                parent = self._add(
-                    parent=parent,
-                    kind=what,
-                    carrier=parent,
-                    q=q + k,
-                    v=v + k,
-                    X_PF=X @ RigidTransform(turned)
-                    if k == (len(steps) - 1 if reverse else 0)
-                    else RigidTransform(turned),
-                    pitch=pitch,
-                    joint=joint,
-                    axes=k,
-                )
-                turn = to_axis
-            return turn
-        if reverse:
-            raise InputError(
-                f"joint {joint.name()}",
-                "reversed, of several coupled axes",
-                "the parent nearer the world",
-            )
-        quaternion = kind == "quaternion_floating"
-        if kind != "ball_rpy" and parent < 0:
+            return self._steps(joint, parent, X, reverse)
+        q, v = joint.position_start(), joint.velocity_start()
+        quaternion, floating = kind == "quaternion_floating", kind != "ball_rpy"
+        if floating and parent < 0:
             what = at.FREE_QUATERNION if quaternion else at.FREE_RPY
             self._add(parent=-1, kind=what, carrier=-1, q=q, v=v, X_PF=X, joint=joint)
-            return turn
-        at_v = v
-        if kind != "ball_rpy":
+            return RotationMatrix()
+        if floating:
             place = q + (4 if quaternion else 3)
             for k in range(3):
-                parent = self._add(
-                    parent=parent,
-                    kind=at.PRISMATIC,
-                    carrier=parent,
-                    axis=k,
-                    q=place + k,
-                    v=v + 3 + k,
-                    X_PF=X if k == 0 else RigidTransform(),
-                    joint=joint,
-                    axes=3 + k,
-                )
-            X = RigidTransform()
+                own = {"kind": at.PRISMATIC, "axis": k, "q": place + k, "v": v + 3 + k}
+                parent = self._add(parent=parent, carrier=parent, X_PF=X, joint=joint, **own)
+                X = RigidTransform()
         carrier = parent
-        last = at.QUATERNION if quaternion else at.RPY
         for k in range(3):
+            last = at.QUATERNION if quaternion else at.RPY
+            own = {"kind": last if k == 2 else at.SPIN, "axis": k, "q": q, "v": v + k}
+            parent = self._add(parent=parent, carrier=carrier, X_PF=X, joint=joint, **own)
+            X = RigidTransform()
+        return RotationMatrix()
+
+    def _steps(self, joint: Joint, parent: int, X: RigidTransform, reverse: bool) -> RotationMatrix:
+        """The nodes of a joint whose axes follow on each other, each along the node's own z.
+
+        Drake reverses joints of one axis only: q stays, and the axis turns round.
+        """
+        turn = RotationMatrix()
+        for k, (kind, axis, pitch) in enumerate(_axes_of(joint)):
+            to_axis = _rotation_to(-axis if reverse else axis)
             parent = self._add(
                 parent=parent,
-                kind=last if k == 2 else at.SPIN,
-                carrier=carrier,
-                axis=k,
-                q=q,
-                v=at_v + k,
-                X_PF=X if k == 0 else RigidTransform(),
+                carrier=parent,
+                kind=kind,
+                q=joint.position_start() + k,
+                v=joint.velocity_start() + k,
+                X_PF=X @ RigidTransform(turn.inverse() @ to_axis),
+                pitch=pitch,
                 joint=joint,
-                axes=k,
             )
+            turn, X = to_axis, RigidTransform()
         return turn
 
 
@@ -207,10 +181,17 @@ def _axis_of(joint: Joint) -> Array:
         return np.array(joint.revolute_axis())
     if joint.type_name() == "prismatic":
         return np.array(joint.translation_axis())
-    return np.array(joint.screw_axis())
+    # a ScrewJoint does not tell its axis in Python: see how it turns
+    plant = joint.GetParentPlant()
+    context = plant.CreateDefaultContext()
+    velocities = np.zeros(plant.num_velocities())
+    velocities[joint.velocity_start()] = 1.0
+    plant.SetVelocities(context, velocities)
+    inner = joint.frame_on_parent()
+    return np.array(joint.frame_on_child().CalcSpatialVelocity(context, inner, inner).rotational())
 
 
-def _steps(joint: Joint) -> list[tuple[int, Array, float]]:
+def _axes_of(joint: Joint) -> list[tuple[int, Array, float]]:
     """Kind, axis and pitch of each axis of a joint, from the parent on."""
     kind = joint.type_name()
     if kind == "universal":
