@@ -108,6 +108,20 @@ def test_drakes_messages_in_words(tmp_path, text, words):
     assert "\n" not in message
 
 
+def test_drakes_warnings_are_one_note(tmp_path, caplog):
+    """Not a line on the console for each element."""
+    odd = '<dynamics damping="0.1" friction="0.2"/>'
+    text = ARM.replace("</joint>", odd + "</joint>").replace(
+        "</robot>", "<transmission><type>odd</type><joint name='waist'/></transmission></robot>"
+    )
+    (tmp_path / "arm.urdf").write_text(text)
+    limb = load(tmp_path / "arm.urdf")
+    (note,) = limb.notes
+    assert note.startswith("Drake warns of arm.urdf: ")
+    assert "3 x A joint has specified a non-zero value for the 'friction'" in note
+    assert not caplog.records
+
+
 def test_folders_and_names_that_are_not_ascii(tmp_path):
     place = tmp_path / "Schläger 世界"
     place.mkdir()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pydrake.multibody.parsing import (
@@ -35,6 +37,24 @@ class Loaded:
     notes: tuple[str, ...] = ()
 
 
+@contextlib.contextmanager
+def gathered_warnings() -> Iterator[dict[str, int]]:
+    """Keeps what Drake warns of while it parses, each text once and how often, from the console."""
+    found: dict[str, int] = {}
+
+    def keep(record: logging.LogRecord) -> bool:
+        text = one_line(re.sub(r"^.*?:\d+: warning: ", "", record.getMessage()), 120)
+        found[text] = found.get(text, 0) + 1
+        return False
+
+    logger = logging.getLogger("drake")
+    logger.addFilter(keep)
+    try:
+        yield found
+    finally:
+        logger.removeFilter(keep)
+
+
 def load_files(
     plant: MultibodyPlant, path: Path, packages: Mapping[str, str | Path]
 ) -> list[Loaded]:
@@ -48,6 +68,17 @@ def load_files(
         InputError: a folder that is none, or a file that Drake cannot read or parse.
 
     """
+    with gathered_warnings() as warned:
+        loaded = _load(plant, path, packages)
+    if warned:
+        said = "; ".join(f"{count} x {text}" for text, count in list(warned.items())[:3])
+        more = f"; ... ({len(warned)} kinds)" if len(warned) > 3 else ""
+        note = f"Drake warns of {path.name}: {said}{more}"
+        loaded[0] = replace(loaded[0], notes=(*loaded[0].notes, note))
+    return loaded
+
+
+def _load(plant: MultibodyPlant, path: Path, packages: Mapping[str, str | Path]) -> list[Loaded]:
     parser = Parser(plant)
     _add_packages(parser.package_map(), path, packages)
     try:
