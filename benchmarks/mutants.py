@@ -51,7 +51,7 @@ BESIDE = {
     "laws/contact.py": ["laws/test_contact.py", "plant/test_autodiff.py", "test_impact.py"],
     "laws/compilation.py": ["engines/test_clamped_kernel.py", "engines/test_without_numba.py"],
     "laws/bed.py": ["laws", "plant/test_other_beds.py"],
-    "limbs/chain.py": ["limbs/test_chain.py"],
+    "limbs/chain.py": ["limbs/test_chain.py", "limbs/test_composition.py"],
     "limbs/inertia.py": ["limbs/test_chain.py"],
     "limbs/files": ["limbs/test_files.py", "limbs/test_ties.py", "limbs/test_chain.py"],
     "limbs/models.py": ["limbs/test_files.py", "limbs/test_ties.py", "limbs/test_composition.py"],

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
 
 from drake_racket import InputError, Stroke, add_limb_model, find_limb, resolve, simulate
 from drake_racket.sweep import make_sweep, run_sweep
@@ -106,6 +107,18 @@ def test_drakes_messages_in_words(tmp_path, text, words):
     message = str(caught.value)
     assert all(word in message for word in ("limb: model", "arm.urdf", *words)), message
     assert "\n" not in message
+
+
+def test_meshes_beside_the_file_are_seen(tmp_path):
+    """In a plant that has a SceneGraph: relative to the file, as Drake has it."""
+    (tmp_path / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n")
+    shape = '<visual><geometry><mesh filename="part.obj"/></geometry></visual>'
+    text = ARM.replace('<link name="right_fore">', f'<link name="right_fore">{shape}')
+    (tmp_path / "arm.urdf").write_text(text)
+    plant, scene = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    limb = add_limb_model(plant, tmp_path / "arm.urdf", "right_hand", base="pelvis")
+    assert scene.model_inspector().num_geometries() == 1
+    assert limb.notes == ()
 
 
 def test_drakes_warnings_are_one_note(tmp_path, caplog):
