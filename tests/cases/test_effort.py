@@ -46,9 +46,9 @@ def test_ordinary_cases_are_not(case):
 
 
 def test_the_estimate_is_of_the_right_size():
-    """Against the integrator's own count, within a factor of 5, over two decades."""
-    for mass in (0.0149, 1e-3, 2e-4):
-        case = resolve(Scenario(after=0.003, overrides={"racket.string_bed.mass": mass}))
+    """Against the integrator's own count, within a factor of 5, over more than a decade."""
+    for mass in (0.0149, 1e-3):
+        case = resolve(Scenario(after=0.002, overrides={"racket.string_bed.mass": mass}))
         steps = simulate(case, history=False).steps
         assert 0.2 < effort(case).steps / steps < 5.0, mass
 

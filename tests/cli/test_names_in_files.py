@@ -45,7 +45,9 @@ def titled(tmp_path_factory):
     return files
 
 
-@pytest.mark.parametrize("number", [0, 3])
+@pytest.mark.parametrize(
+    "number", [0, *(pytest.param(i, marks=pytest.mark.slow) for i in (1, 2, 3))]
+)
 def test_titles_in_figures_pages_and_files(titled, tmp_path, monkeypatch, capsys, number):
     def call(*arguments: str) -> str:
         monkeypatch.setattr(sys, "argv", ["drake-racket", *arguments])

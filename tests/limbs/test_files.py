@@ -184,7 +184,9 @@ def slow(path, hand="palm", **changes):
     return striking(path, hand, **({"base": "", "stroke": stroke} | changes))
 
 
-@pytest.mark.parametrize("grip", ["weld", "torsional", "compliant"])
+@pytest.mark.parametrize(
+    "grip", ["weld", *(pytest.param(g, marks=pytest.mark.slow) for g in ("torsional", "compliant"))]
+)
 def test_a_mujoco_arm_by_key(mjcf, grip):
     result = simulate(slow(mjcf(), grip_kind=grip))
     assert list(result.history.joint.values) == ["shoulder", "elbow"]
