@@ -24,7 +24,7 @@ from drake_racket.laws.totals import IMPULSE, TOTALS
 
 Array = NDArray[np.float64]
 
-SHARE_OF_ACCURACY = 2e-3
+SHARE_OF_ACCURACY = 5e-3
 """Error allowed per step in units of the integrator's accuracy, so that at equal settings a result
 is at least as close as Drake's (docs/performance.md)."""
 
