@@ -42,24 +42,41 @@ def simulate(
     case = resolve(scenario or Scenario())
     if engine is not None:
         case = resolve(changed(case.scenario, engine=engine))
-    system = system or _kept(case)
+    if system is not None:
+        return _simulated(case, system, history, progress)
+    system = _taken(case)
+    try:
+        return _simulated(case, system, history, progress)
+    finally:
+        _keep(case, system)
+
+
+def _simulated(
+    case: Case, system: ImpactDiagram, history: bool, progress: Report | None
+) -> ImpactResult:
     trajectory = run(case, system, every_sample=history, progress=progress)
     return make_result(case, trajectory, history=history)
 
 
 _MOST_KEPT = 4
-_systems: OrderedDict[tuple[Any, ...], ImpactDiagram] = OrderedDict()
+_kept: OrderedDict[tuple[Any, ...], ImpactDiagram] = OrderedDict()
 """The Diagrams of the last calls, by topology: on Drake 1.51 what is built is never freed."""
 
 
-def _kept(case: Case) -> ImpactDiagram:
-    """A Diagram for the case; one of an earlier call, but of a limb's file, which may change."""
+def _taken(case: Case) -> ImpactDiagram:
+    """A Diagram for the case, of an earlier call or new; nobody else has it until it is kept."""
+    system = _kept.pop(_key(case), None)
+    return make_impact_diagram(case) if system is None else system
+
+
+def _keep(case: Case, system: ImpactDiagram) -> None:
+    """Keeps a Diagram for later calls; not that of a limb's file, which may change."""
     if case.limb_hash:
-        return make_impact_diagram(case)
-    key = (os.getpid(), case.topology)  # a forked process builds its own
-    if key not in _systems:
-        _systems[key] = make_impact_diagram(case)
-    _systems.move_to_end(key)
-    while len(_systems) > _MOST_KEPT:
-        _systems.popitem(last=False)
-    return _systems[key]
+        return
+    _kept[_key(case)] = system
+    while len(_kept) > _MOST_KEPT:
+        _kept.popitem(last=False)
+
+
+def _key(case: Case) -> tuple[Any, ...]:
+    return (os.getpid(), case.topology)  # a forked process builds its own

@@ -15,7 +15,7 @@ from tests.limbs.arms import HUMANOID, striking
 @pytest.fixture
 def built(monkeypatch):
     """Topologies that a Diagram is built for, from here on."""
-    monkeypatch.setattr(drake_racket.simulation, "_systems", OrderedDict())
+    monkeypatch.setattr(drake_racket.simulation, "_kept", OrderedDict())
     found = []
 
     def build(case):
@@ -53,7 +53,7 @@ def test_another_topology_has_its_own(built):
 def test_few_are_kept(built):
     for step in range(6):
         numbers(dataclasses.replace(SHORT, gravity=(0.0, 0.0, -float(step))))
-    assert len(drake_racket.simulation._systems) == 4
+    assert len(drake_racket.simulation._kept) == 4
     numbers(SHORT)
     assert len(built) == 7  # the first was dropped
 
@@ -63,6 +63,19 @@ def test_a_limb_of_a_file_is_built_anew(built, tmp_path):
     (tmp_path / "arm.urdf").write_text(HUMANOID)
     case = striking(tmp_path / "arm.urdf", "left_hand", after=5e-4, audit=False)
     assert numbers(case) == numbers(case)
+    assert len(built) == 2
+
+
+def test_a_run_within_a_run_has_a_diagram_of_its_own(built):
+    """Asked for by a progress callback, say, or by another thread."""
+    inner = []
+
+    def report(progress):
+        if not inner:
+            inner.append(numbers(SHORT))
+
+    outer = simulate(SHORT, history=False, progress=report).to_json()
+    assert inner == [outer]
     assert len(built) == 2
 
 
