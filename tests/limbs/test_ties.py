@@ -276,3 +276,39 @@ def test_find_limb_takes_ties():
     (tie,) = limb.ties  # turned round: the chain leads
     assert (tie.leader.name(), tie.follower.name()) == ("waist", "neck")
     assert (tie.ratio, tie.offset) == (0.5, -0.25)
+
+
+def test_mimic_joints_of_an_sdf(tmp_path):
+    """follower = multiplier (leader - reference) + offset."""
+    inertial = (
+        "<inertial><mass>1</mass><inertia><ixx>.01</ixx><iyy>.01</iyy><izz>.01</izz>"
+        "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial>"
+    )
+
+    def part(name: str, parent: str, axis: str, mimic: str = "") -> str:
+        return (
+            f"<link name='{name}'><pose relative_to='{parent}'>0.3 0 0 0 0 0</pose>"
+            f"{inertial}</link>"
+            f"<joint name='to_{name}' type='revolute'><parent>{parent}</parent>"
+            f"<child>{name}</child><axis><xyz>{axis}</xyz>{mimic}</axis></joint>"
+        )
+
+    mimic = (
+        "<mimic joint='to_a'><multiplier>2</multiplier><offset>0.1</offset>"
+        "<reference>0.05</reference></mimic>"
+    )
+    (tmp_path / "arm.sdf").write_text(
+        "<sdf version='1.11'><model name='arm'><link name='pelvis'/>"
+        + part("hand", "pelvis", "0 1 0")
+        + part("a", "hand", "0 0 1")
+        + part("b", "hand", "0 0 1", mimic)
+        + "</model></sdf>"
+    )
+    case = striking(tmp_path / "arm.sdf", "hand", initial_deg={"to_a": 20.0})
+    system = make_impact_diagram(case)
+    assert "to_a, to_b" in " ".join(system.limb.limb.notes)
+    context = system.plant.CreateDefaultContext()
+    (models,) = system.limb.limb.model_instances
+    hand, b = (system.plant.GetFrameByName(name, models) for name in ("hand", "b"))
+    yaw = b.CalcRotationMatrix(context, hand).ToRollPitchYaw().yaw_angle()
+    assert yaw == pytest.approx(2.0 * (np.radians(20.0) - 0.05) + 0.1)
