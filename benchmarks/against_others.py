@@ -7,6 +7,7 @@ at 25 m/s along the normal onto the centre, from first touch to 8 ms, kb and cb 
 speed. The ball leaves at about 5 ms; what follows is the racket's ringing.
 
     drake_racket  audit=False; the Simulator's AdvanceTo alone (building and parameters apart)
+    compiled      the same Diagram in the compiled engine: the integration alone
     MuJoCo        RK4, contact in a passive-force callback: `mujoco_impact`
     NumPy         solve_ivp, RK45 and DOP853: `numpy_impact`
 
@@ -41,8 +42,13 @@ from pydrake.systems.analysis import Simulator
 
 from drake_racket.cases.case import resolve
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.engines.compiled.dynamics import layout
+from drake_racket.engines.compiled.engine import SHARE_OF_ACCURACY, CompiledImpact
+from drake_racket.engines.compiled.integrate import FINISHED
+from drake_racket.engines.compiled.kernel import run_case
 from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.engines.drake.engine import run_drake as run_scenario
+from drake_racket.laws.phases import SIZE
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.simulation import simulate
 
@@ -50,6 +56,7 @@ FIGURE = Path(__file__).parents[1] / "docs" / "figures" / "performance_against_o
 END = 0.008  # s, from touch
 SCENARIO = Scenario(point="5", speed=25.0, approach_time=0.0, after=END, audit=False)
 ACCURACIES = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 1e-5, 1e-6)
+COMPILED = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 1e-8, 1e-9, 1e-10)
 STEPS = (1e-4, 8e-5, 5e-5, 4e-5, 2e-5, 1.6e-5, 1e-5, 8e-6, 5e-6, 4e-6, 2e-6)
 TOLERANCES = (1e-1, 5e-2, 2e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 EQUAL_ERRORS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)
@@ -80,7 +87,7 @@ class DrakeImpact:
         self.scenario = replace(SCENARIO, integrator=settings)
         self.simulator: Any = None
 
-    def run_drake(self) -> float:
+    def run(self) -> float:
         """Seconds of AdvanceTo."""
         self.simulator = Simulator(self.system.diagram, self.system.create_context(self.scenario))
         configure_integrator(self.simulator, self.scenario.integrator)
@@ -113,6 +120,48 @@ def drake_trial(system: ImpactDiagram, settings: IntegratorSettings) -> Trial:
         impact.rebound,
         impact.evaluations,
     )
+
+
+class CompiledRun:
+    """The compiled engine's integration alone, as AdvanceTo is Drake's."""
+
+    def __init__(self, compiled: CompiledImpact, accuracy: float) -> None:
+        self.model, self.start = compiled.model, compiled.start(resolve(SCENARIO))
+        self.tables = layout.open_model(self.model.ints, self.start.floats)
+        self.accuracy = accuracy
+        self.kept: tuple[NDArray[np.float64], int] = (np.zeros(0), 0)
+        plant = compiled.system.plant
+        ball = compiled.system.impact.ball.body
+        self.at = plant.num_positions() + ball.floating_velocities_start_in_v() + 3
+
+    def run(self) -> float:
+        """Seconds of one integration."""
+        y, records = self.start.y.copy(), np.zeros((1, SIZE))
+        nothing = np.empty((0, 1 + len(y))), np.empty((0, 1, SIZE))
+        longest = IntegratorSettings().maximum_step
+        scale, accuracy = self.start.scale, self.accuracy
+        begin = perf_counter()
+        _, _, evaluations, how = run_case(
+            self.tables, y, records, END, accuracy, longest, True, scale, *nothing
+        )
+        seconds = perf_counter() - begin
+        assert how == FINISHED
+        self.kept = y, evaluations
+        return seconds
+
+    def rebound(self) -> NDArray[np.float64]:
+        """Velocity of the ball at the end."""
+        return self.kept[0][self.at : self.at + 3]
+
+    def evaluations(self) -> int:
+        """Of the time derivatives."""
+        return self.kept[1]
+
+
+def compiled_trial(compiled: CompiledImpact, accuracy: float) -> Trial:
+    own = CompiledRun(compiled, accuracy)
+    setting = f"accuracy {accuracy / SHARE_OF_ACCURACY:g}"
+    return Trial("drake_racket, compiled", setting, own.run, own.rebound, own.evaluations)
 
 
 def mujoco_trial(impact: MujocoImpact, step: float) -> Trial:
@@ -193,7 +242,9 @@ def agree(system: ImpactDiagram, numerical: NumpyImpact, engine: MujocoImpact) -
 
 def trials(system: ImpactDiagram, numerical: NumpyImpact, engine: MujocoImpact) -> list[Trial]:
     largest = IntegratorSettings().maximum_step
+    compiled = CompiledImpact(system)
     return [
+        *(compiled_trial(compiled, accuracy) for accuracy in COMPILED),
         *(
             drake_trial(system, IntegratorSettings("runge_kutta3", accuracy, largest))
             for accuracy in ACCURACIES
@@ -215,7 +266,7 @@ def plot(
     path: Path,
 ) -> None:
     figure, axis = plt.subplots(figsize=(7, 5.6), layout="constrained")
-    styles = ("C0o-", "C0s--", "C1^-", "C2v-", "C2d--")
+    styles = ("C3o-", "C0o-", "C0s--", "C1^-", "C2v-", "C2d--")
     for style, (program, rows) in zip(styles, programs.items(), strict=True):
         axis.loglog(1e3 * times[rows], errors[rows], style, markersize=4, label=program)
     axis.loglog(1e3 * times[default], errors[default], "k*", markersize=13, label="package default")

@@ -38,6 +38,7 @@ from .limbs.stroke import Stroke as Stroke
 from .limbs.stroke import apply_stroke as apply_stroke
 from .limbs.stroke import solve_stroke as solve_stroke
 from .limbs.upper_limb import add_upper_limb as add_upper_limb
+from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
 from .parameters.ball import load_ball as load_ball
 from .parameters.frame import FrameJoint as FrameJoint
@@ -58,10 +59,15 @@ from .parameters.quantities import Quantity as Quantity
 from .parameters.racket import JOINT_READINGS as JOINT_READINGS
 from .parameters.racket import RACKETS as RACKETS
 from .parameters.racket import TENSIONS as TENSIONS
+from .parameters.racket import AddedMass as AddedMass
 from .parameters.racket import RacketParameters as RacketParameters
 from .parameters.racket import load_racket as load_racket
 from .parameters.scenario import IntegratorSettings as IntegratorSettings
 from .parameters.scenario import Scenario as Scenario
+from .parameters.specs.build import racket_from_specs as racket_from_specs
+from .parameters.specs.table import rackets_from_table as rackets_from_table
+from .parameters.written import write_ball as write_ball
+from .parameters.written import write_racket as write_racket
 from .plant.ball import Ball as Ball
 from .plant.ball import add_ball as add_ball
 from .plant.ball import set_ball_inertia as set_ball_inertia
@@ -69,6 +75,7 @@ from .plant.compose import Impact as Impact
 from .plant.compose import add_contact as add_contact
 from .plant.compose import add_impact as add_impact
 from .plant.compose import connect_forces as connect_forces
+from .plant.customise import customised as customised
 from .plant.grip import Grip as Grip
 from .plant.grip import add_grip as add_grip
 from .plant.properties import SWINGWEIGHT_AXIS as SWINGWEIGHT_AXIS
@@ -91,6 +98,10 @@ from .plant.systems.grip_load import GripLoad as GripLoad
 from .plant.systems.grip_load import GripLoad_ as GripLoad_
 from .plant.systems.grip_load import add_grip_load as add_grip_load
 from .plant.systems.grip_load import set_grip_load_parameters as set_grip_load_parameters
+from .plant.systems.ports import ContactPower as ContactPower
+from .plant.systems.ports import ContactState as ContactState
+from .plant.systems.ports import EnergyTotals as EnergyTotals
+from .plant.systems.ports import HandLoad as HandLoad
 from .plant.systems.string_bed import StringBed as StringBed
 from .plant.systems.string_bed import StringBed_ as StringBed_
 from .plant.systems.string_bed import StringBedModel as StringBedModel

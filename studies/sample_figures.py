@@ -35,30 +35,35 @@ _SUPPORTS = {"grip": "in a hand", "clamped_head": "head clamped"}
 
 
 def tension_figure(dataset: xarray.Dataset) -> Figure:
-    """Rebound, contact time, force and deflection over the stringing tension.
+    """Rebound, contact time, force and deflection over the stringing tension, as change.
+
+    Each curve is its change from the tension nearest to 254 N, at which both rackets' lower beds
+    are identified; rows share a scale.
 
     Args:
         dataset: over (racket, support, point, tension).
 
     """
     shown = (
-        ("rebound_speed", 1.0, "rebound speed (m/s)"),
-        ("contact_time", 1e3, "contact time (ms)"),
-        ("peak_normal_force", 1e-3, "peak force (kN)"),
-        ("peak_string_deflection", 1e3, "peak string deflection (mm)"),
+        ("rebound_speed", "rebound speed"),
+        ("contact_time", "contact time"),
+        ("peak_normal_force", "peak force"),
+        ("peak_string_deflection", "peak string deflection"),
     )
+    tension = dataset["tension"].to_numpy()
+    nominal = int(np.argmin(np.abs(tension - _FEWEST_TENSION)))
     supports = [str(x) for x in dataset["support"].to_numpy()]
     points = dataset["point"].to_numpy()
     figure = new_figure(2.2 + 3.6 * len(supports), 10.0)
-    panels = figure.subplots(len(shown), len(supports), sharex=True, squeeze=False)
-    for row, (name, scale, text) in zip(panels, shown, strict=True):
+    panels = figure.subplots(len(shown), len(supports), sharex=True, sharey="row", squeeze=False)
+    for row, (name, text) in zip(panels, shown, strict=True):
         for axes, support in zip(row, supports, strict=True):
             for racket in dataset["racket"].to_numpy():
                 for n, point in enumerate(points):
                     at = dataset[name].sel(support=support, racket=racket, point=point)
                     axes.plot(
-                        dataset["tension"],
-                        scale * at,
+                        tension,
+                        100.0 * (at / at[nominal] - 1.0),
                         color=RACKET_COLOURS.get(str(racket), "0.2"),
                         ls=_LINES[n % len(_LINES)],
                         marker=_MARKERS[n % len(_MARKERS)],
@@ -67,39 +72,48 @@ def tension_figure(dataset: xarray.Dataset) -> Figure:
                     )
             axes.axvspan(_FEWEST_TENSION, _MOST_TENSION, color="0.94", zorder=0)
             tidy(axes)
-        row[0].set_ylabel(text)
+        row[0].set_ylabel(f"change of\n{text} (%)")
     for axes, support in zip(panels[0], supports, strict=True):
         axes.set_title(_SUPPORTS.get(support, support))
     for axes in panels[-1]:
         axes.set_xlabel("stringing tension (N)")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
-    figure.suptitle("Stringing tension (shaded: between both rackets' identified tensions)")
+    figure.suptitle(
+        f"Stringing tension: change from {tension[nominal]:.0f} N\n"
+        "(shaded: between both rackets' identified tensions)",
+        fontsize=11,
+    )
     return figure
 
 
 def frame_figure(dataset: xarray.Dataset) -> Figure:
-    """Rebound and mid-handle ringing over the frame's fundamental, by damping and point.
+    """Rebound and mid-handle ringing over the frame's fundamental, by damping and point, as change.
+
+    Each curve is its change from the racket as it is, stiffness and damping x 1.
 
     Args:
         dataset: over (support, point, stiffness, damping), with `fundamental` over stiffness.
 
     """
     shown = (
-        ("rebound_speed", "rebound speed (m/s)"),
-        ("handle_ringing", "mid-handle acceleration\nafter release, RMS (m/s²)"),
+        ("rebound_speed", "change of\nrebound speed (%)"),
+        ("handle_ringing", "change of mid-handle's ringing\nafter release, RMS (%)"),
     )
+    stiffness, damped = dataset["stiffness"].to_numpy(), dataset["damping"].to_numpy()
+    nominal = int(np.argmin(np.abs(np.log(stiffness)))), int(np.argmin(np.abs(np.log(damped))))
     supports = [str(x) for x in dataset["support"].to_numpy()]
     figure = new_figure(2.2 + 3.8 * len(supports), 7.4)
     panels = figure.subplots(2, len(supports), sharex=True, sharey="row", squeeze=False)
     for row, (name, text) in zip(panels, shown, strict=True):
         for axes, support in zip(row, supports, strict=True):
             for p, point in enumerate(dataset["point"].to_numpy()):
-                for c, damping in enumerate(dataset["damping"].to_numpy()):
-                    at = dataset[name].sel(support=support, point=point, damping=damping)
+                here = dataset[name].sel(support=support, point=point)
+                as_is = float(here.isel(stiffness=nominal[0], damping=nominal[1]))
+                for c, damping in enumerate(damped):
                     axes.plot(
                         dataset["fundamental"],
-                        at,
+                        100.0 * (here.sel(damping=damping) / as_is - 1.0),
                         color=_COLOURS[p % len(_COLOURS)],
                         ls=_LINES[c % len(_LINES)],
                         marker=_MARKERS[c % len(_MARKERS)],
@@ -107,7 +121,7 @@ def frame_figure(dataset: xarray.Dataset) -> Figure:
                         label=f"{_place(int(point))}, damping x {damping:g}",
                     )
             tidy(axes)
-        row[0].set_ylim(0.0, 1.05 * float(dataset[name].max()))
+            axes.axhline(0.0, color="0.85", lw=0.8, zorder=0)
         row[0].set_ylabel(text)
     for axes, support in zip(panels[0], supports, strict=True):
         axes.set_title(_SUPPORTS.get(support, support))
@@ -115,8 +129,10 @@ def frame_figure(dataset: xarray.Dataset) -> Figure:
         axes.set_xlabel("out-of-plane fundamental of the free frame (Hz)")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
-    factors = dataset["stiffness"].to_numpy()
-    figure.suptitle(f"Frame stiffness x {factors.min():g} to x {factors.max():g}")
+    figure.suptitle(
+        f"Frame stiffness x {stiffness.min():g} to x {stiffness.max():g}: change from the racket"
+        " as it is"
+    )
     return figure
 
 
@@ -141,6 +157,13 @@ def sweet_spot_figure(
         closed_forms: racket -> variable -> where its sweet spot should lie, m from the butt.
 
     """
+    scales = {
+        variable: (
+            min(float(dataset[variable].min()) for dataset in maps.values()),
+            max(float(dataset[variable].max()) for dataset in maps.values()),
+        )
+        for variable in SWEET_SPOTS
+    }
     figure = new_figure(10.5, 3.9 * len(maps) + 1.0)
     panels = figure.subplots(len(maps), len(SWEET_SPOTS), squeeze=False)
     for (name, dataset), row in zip(maps.items(), panels, strict=True):
@@ -149,6 +172,7 @@ def sweet_spot_figure(
             row, SWEET_SPOTS.items(), strict=True
         ):
             tiles = _draw_tiles(axes, racket, dataset, variable, colours)
+            tiles.set_clim(*scales[variable])
             _draw_cells(axes, racket)
             _mark_best(axes, racket, dataset, variable)
             if variable in closed_forms[name]:
@@ -158,7 +182,7 @@ def sweet_spot_figure(
             bar.set_label(f"{title} ({unit})" if unit else title, fontsize=9)
             axes.set_title(f"{name}: {best} {variable.replace('_', ' ')}", fontsize=10)
             axes.set_axis_off()
-    figure.suptitle("Sweet spots in a hand, 25 m/s, tip up")
+    figure.suptitle("Sweet spots in a hand, 25 m/s, tip up; both rackets on one scale a column")
     figure.supxlabel(
         "ring: best aim; square: best on the long axis; cross: closed form (node of bending,"
         " centre of percussion for the hand)\n"
@@ -200,13 +224,21 @@ def _draw_tiles(
 
 def _draw_cells(axes: Any, racket: RacketParameters) -> None:
     """Borders between the aims that meet one string mass and those that meet the next."""
+    from matplotlib.patheffects import Normal, Stroke
+
     bed = racket.string_bed
     centre, half = racket.point(5)[0], 0.5 * bed.spacing.value
     a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
     across = b * np.sqrt(1.0 - (half / a) ** 2)
     along = a * np.sqrt(1.0 - (half / b) ** 2)
     for sign in (1.0, -1.0):
-        style = {"color": "white", "ls": (0, (4, 3)), "lw": 1.0, "zorder": 4}
+        style = {
+            "color": "white",
+            "ls": (0, (5, 3)),
+            "lw": 1.3,
+            "zorder": 4,
+            "path_effects": [Stroke(linewidth=2.8, foreground="0.15"), Normal()],
+        }
         level = 1e3 * (centre + sign * half)
         axes.plot([-1e3 * across, 1e3 * across], [level, level], **style)
         aside = 1e3 * sign * half

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import csv
+import functools
+import gc
+import runpy
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer.main
 
 from drake_racket.io.signals import Signal
 from drake_racket.laws.bed import grid_topology
@@ -15,6 +21,12 @@ from drake_racket.parameters.racket import RacketParameters, load_racket
 from drake_racket.plant.racket import string_bed_model
 from tests.oracles.clamped_impact import ClampedImpact
 from tests.oracles.free_racket import FreeRacketParams
+
+# what is imported stays: to look through it for garbage again and again takes a tenth of the time
+gc.set_threshold(50_000, 20, 100)
+
+# to make the command line's parser takes longer than what most tests ask of it
+typer.main.get_command = functools.cache(typer.main.get_command)
 
 ROOT = Path(__file__).resolve().parent.parent
 """The checkout."""
@@ -31,6 +43,28 @@ BEDS = [(r, t) for r in ("tour", "recreational") for t in ("low", "high")]
 @pytest.fixture(params=BEDS, ids=lambda bed: "-".join(bed))
 def bed(request: pytest.FixtureRequest) -> tuple[str, str]:
     return request.param
+
+
+@pytest.fixture
+def refused_by_study(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Callable[..., str]:
+    """Runs a study with options that are wrong, in this process; returns the line that it says."""
+
+    def call(name: str, *arguments: object) -> str:
+        monkeypatch.setattr(sys, "argv", [name, *map(str, arguments)])
+        script = ROOT / "studies" / name
+        run, what = runpy.run_module, f"studies.{name}"
+        if script.is_file():
+            run, what = runpy.run_path, str(script)
+        with pytest.raises(SystemExit) as stopped:
+            run(what, run_name="__main__")
+        said = capfd.readouterr().err
+        assert stopped.value.code == 2, said
+        assert said.count("\n") == 1, said
+        return said
+
+    return call
 
 
 def kb_cb(ball: BallParameters, speed: float) -> tuple[float, float]:

@@ -105,6 +105,7 @@ def test_the_wheel_holds_the_package_its_data_and_its_models(wheel):
     assert "drake_racket/py.typed" in names
     assert {f"drake_racket/parameters/data/{name}" for name in DATA} <= names
     assert {f"drake_racket/sdf/{name}" for name in SDF} <= names
+    assert "drake_racket/studies/first_impact.py" in names  # what `drake-racket examples` copies
     modules = {f"drake_racket/{path.name}" for path in (ROOT / "drake_racket").glob("*.py")}
     assert modules <= names
     assert text == (ROOT / "sdf" / "racket_tour.sdf").read_bytes()

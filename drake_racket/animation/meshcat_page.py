@@ -27,16 +27,15 @@ from pydrake.math import RigidTransform, RotationMatrix
 from drake_racket.animation import page
 from drake_racket.animation.camera import FIELD_OF_VIEW, place_camera
 from drake_racket.animation.limb_shape import limb_parts
-from drake_racket.animation.outline import (
-    GRIP_HALF_THICKNESS,
-    TUBE_RADIUS,
-    racket_outline,
-    spring_ends,
-    string_points,
-    tube,
-)
+from drake_racket.animation.outline import racket_outline, spring_ends, string_points, tube
 from drake_racket.animation.scene import Pose, Scene
-from drake_racket.plots.style import GRIP_HALF_WIDTH
+from drake_racket.plant.shapes import (
+    GRIP_HALF_THICKNESS,
+    GRIP_HALF_WIDTH,
+    SEAM_COLOUR,
+    TUBE_RADIUS,
+    seam,
+)
 
 _POINT_RADIUS = 0.004  # m, drawn only
 _STRING_HALF_WIDTH = 0.0007  # m, drawn only
@@ -132,6 +131,8 @@ def _ribbon(along: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 def _add_ball(meshcat: Meshcat, animation: MeshcatAnimation, scene: Scene) -> None:
     meshcat.SetObject("/ball/shape", Sphere(1.0), _rgba(page.BALL))
+    # a little above the felt; it is flattened with the ball
+    meshcat.SetLine("/ball/shape/seam", seam(1.01).T, 2.0, Rgba(*SEAM_COLOUR))
     _move(animation, "/ball", scene.ball)
     _set(animation, "/ball/shape", "scale", scene.ball_axes)
 

@@ -1,57 +1,22 @@
 """Gives the racket's shape: lines of its two rigid bodies as polylines, and tubes.
 
-Rim and string points are the model's; handle and throat are a sketch (`plots.style.draw_outline`).
+Rim and string points are the model's; handle and throat are a sketch (`plant.shapes`).
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.animation.scene import Geometry
 from drake_racket.laws.bed import rest_lengths
-from drake_racket.plots.style import GRIP_HALF_WIDTH
-
-TUBE_RADIUS = 0.007  # m, of rim and throat; drawn only
-GRIP_HALF_THICKNESS = 0.013  # m; drawn only
-_JOINS = np.radians(140.0)  # where the throat's arms meet the rim
-_SHAFT = 0.05  # m from the rim to the end of the handle's sketch
+from drake_racket.plant.shapes import FrameLines, frame_lines
 
 
-@dataclass(frozen=True)
-class Outline:
-    """Holds the lines of the racket: each (k, 3) m in the axes of its body (handle: butt.
-
-    Head: throat).
-    """
-
-    grip: NDArray[np.float64]
-    handle_arms: tuple[NDArray[np.float64], ...]
-    head_arms: tuple[NDArray[np.float64], ...]
-    rim: NDArray[np.float64]
-
-
-def racket_outline(geometry: Geometry) -> Outline:
+def racket_outline(geometry: Geometry) -> FrameLines:
     """Draws handle, rim, and the throat's arms, which the throat joint cuts in two."""
-    a, b, throat = geometry.rim_semi_axis_x, geometry.rim_semi_axis_y, geometry.handle_length
-    angle = np.linspace(0.0, 2.0 * np.pi, 97)
-    rim = np.column_stack([geometry.gsc + a * np.cos(angle), b * np.sin(angle), 0.0 * angle])
-    shaft = throat + geometry.gsc - a - _SHAFT
-    width = GRIP_HALF_WIDTH
-    corners = [(shaft, width), (0.0, width), (0.0, -width), (shaft, -width), (shaft, width)]
-    grip = np.array([(x, y, 0.0) for x, y in corners])
-    join = np.array([throat + geometry.gsc + a * np.cos(_JOINS), b * np.sin(_JOINS)])
-    start = np.array([shaft, width])
-    cut = float(np.clip((throat - shaft) / (join[0] - shaft), 0.0, 1.0))
-    middle = start + cut * (join - start)
-    handle_arms, head_arms = [], []
-    for side in (1.0, -1.0):
-        p, q, r = (np.array([x, side * y, 0.0]) for x, y in (start, middle, join))
-        handle_arms.append(np.array([p, q]))
-        head_arms.append(np.array([q, r]) - [throat, 0.0, 0.0])
-    return Outline(grip, tuple(handle_arms), tuple(head_arms), rim)
+    g = geometry
+    return frame_lines(g.handle_length, g.gsc, g.rim_semi_axis_x, g.rim_semi_axis_y)
 
 
 def string_points(geometry: Geometry) -> NDArray[np.float64]:

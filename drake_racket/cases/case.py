@@ -26,7 +26,7 @@ from drake_racket.limbs.models import need_reader
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.limb import UpperLimbParameters, load_upper_limb
-from drake_racket.parameters.overrides import check_known, parameter_keys
+from drake_racket.parameters.overrides import check_known, parameter_keys, plain_overrides
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario, check_integrator
 from drake_racket.parameters.stroke import check_tip
@@ -113,6 +113,8 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
     if scenario.engine == "compiled":
         _check_compiled(scenario, where)
     check_tip(scenario.limb.stroke, f"{where}: limb.stroke")
+    if any(isinstance(value, str) for value in scenario.overrides.values()):
+        scenario = _with_plain_overrides(scenario)
     racket, ball, grip = scenario.load_racket(), scenario.load_ball(), scenario.load_grip()
     if scenario.overrides:
         stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
@@ -171,6 +173,14 @@ def changed(scenario: Scenario, **changes: object) -> Scenario:
             raise InputError(f"scenario: {key}", "an unknown key", ", ".join(sorted(names)))
     new = dataclasses.replace(scenario, **changes)  # type: ignore[arg-type]
     return resolve(new).scenario
+
+
+def _with_plain_overrides(scenario: Scenario) -> Scenario:
+    """Numbers in the parameters' units in place of texts such as `170g`."""
+    bare = dataclasses.replace(scenario, overrides={})
+    keys = parameter_keys(bare.load_racket(), bare.load_ball(), bare.load_grip())
+    overrides = plain_overrides(scenario.overrides, keys)
+    return dataclasses.replace(scenario, overrides=overrides)
 
 
 def _check_compiled(scenario: Scenario, where: str) -> None:

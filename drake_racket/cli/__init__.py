@@ -5,6 +5,7 @@ Units: m/s, degrees, s. Bad input prints one line on standard error and exits wi
 
 from __future__ import annotations
 
+import gc
 import io
 import sys
 from typing import Annotated, Any, NoReturn
@@ -12,16 +13,19 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from drake_racket.cli import animate, examples, identify, impact, plot, show, sweep, validate
+from drake_racket.cli.rackets import compare, customise, new
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped, one_line
 from drake_racket.io.interrupts import exit_status, terminable
 
 app = typer.Typer(
-    add_completion=False,
     pretty_exceptions_enable=False,
     help="Tennis racket and ball impacts, after Glynn, King & Mitchell (2011).",
 )
 for command in (
     impact.impact,
+    new.new,
+    customise.customise,
+    compare.compare,
     plot.plot,
     animate.animate,
     sweep.sweep,
@@ -62,6 +66,8 @@ _UsageError: Any = typer.BadParameter.__bases__[0]
 
 def main() -> None:
     """Runs the command line; bad input ends with status 2 and one line on standard error."""
+    # imports leave many objects that stay: to look through them for garbage takes 0.4 s
+    gc.set_threshold(50_000, 20, 100)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal without ° or ² gets ? instead
     with terminable() as terminated:

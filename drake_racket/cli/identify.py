@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drake_racket.cli import identify_bench
+from drake_racket.cli.case_options import in_unit
 from drake_racket.cli.identify_options import (
     Ball,
     Begin,
@@ -123,9 +124,12 @@ def tension(
     tension: Tension = "low",
     ball: Ball = "penn_titanium",
     strung_at: Annotated[
-        float | None, typer.Option(help="Stringing tension of the racket measured, N.")
+        float | None,
+        typer.Option(help="Stringing tension of the racket measured, N.", parser=in_unit("N")),
     ] = None,
-    start: Annotated[float | None, typer.Option(help="T0 to begin at, N.")] = None,
+    start: Annotated[
+        float | None, typer.Option(help="T0 to begin at, N.", parser=in_unit("N"))
+    ] = None,
     select: Select = None,
     keep_repeats: KeepRepeats = False,
     speed_sigma: SpeedSigma = None,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from drake_racket.cli.case_options import in_unit
 from drake_racket.cli.identify_options import Ball, Name, Out, Racket, Seed, Starts, Tension
 from drake_racket.cli.identify_run import running, show, today
 from drake_racket.io.errors import InputError
@@ -19,16 +20,25 @@ def ball(
     out: Out,
     ball: Ball = "penn_titanium",
     mass: Annotated[
-        float | None, typer.Option(help="Of the balls, kg, where the table has none.")
+        float | None,
+        typer.Option(help="Of the balls, kg, where the table has none.", parser=in_unit("kg")),
     ] = None,
     speed_sigma: Annotated[
-        float, typer.Option(help="Standard deviation of a measured speed, m/s.")
+        float,
+        typer.Option(help="Standard deviation of a measured speed, m/s.", parser=in_unit("m/s")),
     ] = 0.1,
     group_width: Annotated[
-        float, typer.Option(help="Impacts closer than this share one kb and cb, m/s.")
+        float,
+        typer.Option(
+            help="Impacts closer than this share one kb and cb, m/s.", parser=in_unit("m/s")
+        ),
     ] = 1.0,
-    speed_low: Annotated[float | None, typer.Option(help="Lowest speed of the law, m/s.")] = None,
-    speed_high: Annotated[float | None, typer.Option(help="Highest speed, m/s.")] = None,
+    speed_low: Annotated[
+        float | None, typer.Option(help="Lowest speed of the law, m/s.", parser=in_unit("m/s"))
+    ] = None,
+    speed_high: Annotated[
+        float | None, typer.Option(help="Highest speed, m/s.", parser=in_unit("m/s"))
+    ] = None,
     starts: Starts = 1,
     seed: Seed = 0,
     name: Name = None,
@@ -69,7 +79,8 @@ def frame(
     racket: Racket = "tour",
     tension: Tension = "low",
     place: Annotated[
-        float | None, typer.Option(help="Of hammer and accelerometer, m from the butt.")
+        float | None,
+        typer.Option(help="Of hammer and accelerometer, m from the butt.", parser=in_unit("m")),
     ] = None,
     drake_passes: Annotated[
         int, typer.Option(help="Corrections by Drake's racket; 0: linear model only.")

@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
+from drake_racket.cli.case_options import in_unit
+
 Out = Annotated[Path, typer.Option(help="Directory for parameter file, result and report.")]
 Table = Annotated[Path, typer.Argument(metavar="FILE", help="The measurements (CSV).")]
 Racket = Annotated[
     str, typer.Option(help="tour, recreational, or a parameter file: what is not fitted.")
 ]
-Tension = Annotated[str, typer.Option(help="low, high, or a stringing tension in N.")]
+Tension = Annotated[str, typer.Option(help="low, high, or of stringing: 280 (N), 25kg, 55lb.")]
 Ball = Annotated[str, typer.Option(help="penn_titanium, or a ball's parameter file.")]
 Name = Annotated[str | None, typer.Option(help="Name in the parameter file written.")]
 Begin = Annotated[
@@ -25,7 +27,8 @@ KeepRepeats = Annotated[
     bool, typer.Option("--keep-repeats", help="Fit each shot, not the mean of a setting's.")
 ]
 SpeedSigma = Annotated[
-    float | None, typer.Option(help="Standard deviation of a measured speed, m/s.")
+    float | None,
+    typer.Option(help="Standard deviation of a measured speed, m/s.", parser=in_unit("m/s")),
 ]
 Profiles = Annotated[
     bool, typer.Option("--profiles", help="Intervals from likelihood profiles (slow).")

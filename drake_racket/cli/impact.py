@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from drake_racket.cli.case_options import BallFile, Settings, in_unit, with_options
 from drake_racket.cli.console import ending_on_signals, new_console, showing, working
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
@@ -28,23 +29,37 @@ def impact(
         str | None, typer.Option(help="tour, recreational, or a parameter file (YAML).")
     ] = None,
     tension: Annotated[
-        str | None, typer.Option(help="low, high, or a stringing tension in N.")
+        str | None, typer.Option(help="low, high, or of stringing: 280 (N), 25kg, 55lb.")
     ] = None,
     point: Annotated[
         str | None, typer.Option(help="String-bed point 1-9, or auto (nearest at touch).")
     ] = None,
-    speed: Annotated[float | None, typer.Option(help="Speed of the ball (m/s).")] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(help="Speed of the ball: 30 (m/s), 67mph, 108km/h.", parser=in_unit("m/s")),
+    ] = None,
     incidence: Annotated[
-        float | None, typer.Option(help="Incidence from the normal (degrees).")
+        float | None,
+        typer.Option(
+            help="Incidence from the normal: 17 (degrees), 0.3rad.", parser=in_unit("degrees")
+        ),
     ] = None,
     azimuth: Annotated[
         float | None,
-        typer.Option(help="Direction of the tangential part, from +x towards +y (degrees)."),
+        typer.Option(
+            help="Direction of the tangential part, from +x towards +y (degrees).",
+            parser=in_unit("degrees"),
+        ),
     ] = None,
     support: Annotated[
         str | None, typer.Option(help="free, clamped_head, clamped_handle, grip or limb.")
     ] = None,
-    after: Annotated[float | None, typer.Option(help="Time simulated from touch on (s).")] = None,
+    after: Annotated[
+        float | None,
+        typer.Option(help="Time simulated from touch on: 0.02 (s), 20ms.", parser=in_unit("s")),
+    ] = None,
+    ball: BallFile = None,
+    settings: Settings = None,
     engine: Annotated[
         str | None, typer.Option(help="drake (which one impact runs on), or compiled.")
     ] = None,
@@ -62,8 +77,9 @@ def impact(
     ] = False,
 ) -> None:
     """Simulates one impact. Options override the scenario file."""
-    from drake_racket.cases.case import load_scenario, resolve
-    from drake_racket.parameters.scenario import Scenario
+    with working("loading"):
+        from drake_racket.cases.case import load_scenario, resolve
+        from drake_racket.parameters.scenario import Scenario
 
     given = {
         "racket": racket,
@@ -78,7 +94,7 @@ def impact(
     }
     scenario = Scenario() if scenario_file is None else load_scenario(scenario_file)
     changes: dict[str, Any] = {k: v for k, v in given.items() if v is not None}
-    case = resolve(dataclasses.replace(scenario, **changes))
+    case = resolve(with_options(dataclasses.replace(scenario, **changes), settings, ball))
     if out is None and formats is not None:
         raise InputError("--format", formats, "together with --out")
     suffixes = _history_formats(formats)
@@ -126,6 +142,7 @@ def _history_formats(text: str | None) -> list[str]:
 
 def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
     from drake_racket.io.files import figure_bytes, replace_file, write_text
+    from drake_racket.io.numbers import json_text
     from drake_racket.plots import impact_figure
     from drake_racket.results.formats import write_history
 
@@ -138,8 +155,7 @@ def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
         for path in paths[:-2]:
             write_history(history, path)
         replace_file(paths[-2], lambda temporary: temporary.write_bytes(picture))
-        text = json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n"
-        write_text(text, paths[-1])
+        write_text(json_text(result.to_json(), indent=2), paths[-1])
     except OSError as error:
         raise directory_error(out, error, "--out") from None
     return paths

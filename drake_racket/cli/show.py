@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 
-from drake_racket.cli.console import new_console
+from drake_racket.cli.console import new_console, working
+from drake_racket.cli.rackets.specs_table import specs_table
 
 if TYPE_CHECKING:
     from drake_racket.parameters.quantities import Assignment, Choice, Quantities, Quantity
+    from drake_racket.parameters.racket import RacketParameters
     from drake_racket.plant.properties import RacketProperties
 
 
@@ -21,17 +23,32 @@ def show(
     joint_reading: Annotated[
         str | None, typer.Option(help="by_axis or as_printed (default: the file's).")
     ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object (SI units) and nothing else.")
+    ] = False,
 ) -> None:
     """Prints a racket's parameters with their sources, and what follows from them."""
-    from drake_racket.parameters.ball import load_ball
-    from drake_racket.parameters.quantities import sourced_fields
-    from drake_racket.parameters.racket import load_racket
-    from drake_racket.plant.properties import racket_properties
+    import json
 
-    parameters = load_racket(racket, tension, joint_reading=joint_reading)
+    with working("reading"):
+        from drake_racket.parameters.ball import load_ball
+        from drake_racket.parameters.quantities import sourced_fields
+        from drake_racket.parameters.racket import load_racket
+        from drake_racket.plant.properties import racket_properties
+
+        parameters = load_racket(racket, tension, joint_reading=joint_reading)
+        properties = racket_properties(parameters)
+    if as_json:
+        print(json.dumps(_object(parameters, properties), allow_nan=False))
+        return
     console = new_console()
     console.print(f"[bold]{escape(parameters.title)}[/]")
-    console.print(_properties_table(racket_properties(parameters)))
+    console.print(_properties_table(properties))
+    if parameters.specs:
+        console.print("[bold]Made of[/]")
+        console.print(specs_table(parameters, properties))
+    for added in parameters.added:
+        console.print(f"added: {1e3 * added.mass:.4g} g at {escape(added.at)}")
     console.print(_parameter_table(parameters))
     console.print("[bold]Ball[/]")
     ball = load_ball()
@@ -41,6 +58,45 @@ def show(
     values = [*sourced_fields(parameters), *sourced_fields(ball, "ball")]
     inferred = [key for key, value in values if value.status == "inferred"]
     console.print(f"[bold]Inferred[/] ({len(inferred)}): " + ", ".join(inferred))
+
+
+_UNITS = {
+    "mass": "kg",
+    "balance": "m",
+    "swingweight": "kg*m^2",
+    "twistweight": "kg*m^2",
+    "spinweight": "kg*m^2",
+    "frequency_out_of_plane": "Hz",
+    "frequency_in_plane": "Hz",
+}
+
+
+def _object(racket: RacketParameters, properties: RacketProperties) -> dict[str, Any]:
+    """The whole racket's numbers with their units, and the status of every number."""
+    import dataclasses
+
+    from drake_racket.parameters.quantities import sourced_fields
+
+    p = properties
+    frequencies = p.out_of_plane_frequency, p.in_plane_frequency
+    values = (p.mass, p.balance, p.swingweight, p.twistweight, p.spinweight, *frequencies)
+    statuses = dict.fromkeys(_UNITS, "calculated")
+    for key, spec in (("out_of_plane", "frequency"), ("in_plane", "in_over_out")):
+        if spec in racket.specs:
+            statuses[f"frequency_{key}"] = racket.specs[spec].status
+    for key in ("mass", "balance", "swingweight", "twistweight"):
+        if key in racket.specs and (not racket.added or racket.specs[key].status == "inferred"):
+            statuses[key] = racket.specs[key].status
+    return {
+        "name": racket.name,
+        "title": racket.title,
+        **dict(zip(_UNITS, values, strict=True)),
+        "units": _UNITS,
+        "statuses": statuses | {key: found.status for key, found in sourced_fields(racket)},
+        "specs": {key: dataclasses.asdict(spec) for key, spec in racket.specs.items()},
+        "added": [dataclasses.asdict(added) for added in racket.added],
+        "notes": list(racket.notes),
+    }
 
 
 def _properties_table(properties: RacketProperties) -> Table:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from drake_racket.cli.case_options import BallFile, Settings
 from drake_racket.cli.console import ending_on_signals, showing
 from drake_racket.io.errors import InputError
 from drake_racket.io.extras import need_library
@@ -33,6 +34,8 @@ def sweep(
         bool,
         typer.Option("--export", help="Run nothing: write the results' files of what is finished."),
     ] = False,
+    ball: BallFile = None,
+    settings: Settings = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print errors only.")] = False,
 ) -> None:
     """Runs a sweep of impacts. An interrupted one goes on with the same command."""
@@ -43,7 +46,8 @@ def sweep(
     if scheduler is not None:
         need_library("distributed", "dask", "--scheduler", scheduler)
         _silence_dask()
-    wanted = load_sweep(file)
+    given = [*([f"ball={ball}"] if ball is not None else []), *(settings or [])]
+    wanted = load_sweep(file, given)
     if export:
         dataset = export_sweep(wanted, out)
     else:

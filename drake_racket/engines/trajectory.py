@@ -182,7 +182,8 @@ class Motion:
     Attributes:
         samples: (m,) numbers of the samples.
         poses: (m, b, 3, 4) rotation and origin of each body.
-        velocities: (m, b, 6) angular (rad/s) and linear (m/s) velocity of each body's origin.
+        velocities: (m, b, 6) angular (rad/s) and linear (m/s) velocity of each body's origin; 0 for
+            bodies without mass.
         handle_acceleration: (m, 6) of the handle's origin; NaN from a discrete plant.
         hand_load: (m, 6) torque and force of the racket on the hand, in its axes; None without one.
         joint_torque: (m, j) on the limb's joints; None without a limb.
@@ -210,7 +211,9 @@ class Trajectory:
         record: (n, 15), from a discrete plant (n, 29): what the contact has latched, after any
             event at that time; see `laws.phases`.
         contact: (n, 9) phase; point in contact, or to be hit; compression (m) and its rate (m/s);
-            normal force and friction (N); sliding velocity (m/s); see `BallContact`.
+            normal force and friction (N); sliding velocity (m/s); see `BallContact`. Apart from the
+            phase and the forces these are NaN before and after contact if the motion was not asked
+            for at every sample.
         totals: (n, 9) lost so far, NaN without an audit; with a limb (n, 12).
         motion: at every sample, or at the first and the last.
         steps, evaluations: of the integrator.

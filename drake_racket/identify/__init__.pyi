@@ -10,7 +10,7 @@ from .core.search import Search as Search
 from .core.search import determined as determined
 from .frame.fit import fit_frame as fit_frame
 from .frame.fit import hammer_record as hammer_record
-from .report.outputs import markdown_table as markdown_table
+from .report.directory import markdown_table as markdown_table
 from .strings.angle_table import AngleTable as AngleTable
 from .strings.angle_table import read_angles as read_angles
 from .strings.friction import fit_friction as fit_friction

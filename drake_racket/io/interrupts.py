@@ -55,13 +55,36 @@ def terminable() -> Iterator[list[KeyboardInterrupt]]:
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
+@contextmanager
+def noticed() -> Iterator[None]:
+    """Keeps a Ctrl-C that comes within it in mind, where Python's own handler would be called.
+
+    For a library function that its caller runs without `terminable`.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        _COME.append(KeyboardInterrupt())
+        raise _COME[-1]
+
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        _COME.clear()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def interrupted() -> bool:
-    """Tells whether a signal has come within `terminable`."""
+    """Tells whether a signal has come within `terminable` or `noticed`."""
     return bool(_COME)
 
 
 def raise_interrupts() -> None:
-    """Raises what has come within `terminable`, if anything: long work calls it between its parts.
+    """Raises a signal that has come (see `interrupted`): long work calls it between its parts.
 
     Python drops an exception that a signal's handler raises inside a destructor or a callback that
     cannot fail; the work would go on.

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import numbers
 import re
+from collections.abc import Mapping
 from typing import Any, NoReturn
 
 import numpy as np
@@ -67,6 +69,24 @@ def _plain(value: Any) -> Any:
         return FrozenDict((key, _plain(x)) for key, x in value.items())
     number = _as_float(value)
     return value if number is None else number
+
+
+def json_data(value: Any) -> Any:
+    """Gives data as JSON's own types: a dataclass by its fields, null for what is not finite."""
+    if isinstance(value, np.ndarray | np.generic):
+        return json_data(value.tolist())
+    if dataclasses.is_dataclass(value):
+        value = vars(value)
+    if isinstance(value, Mapping):
+        return {str(key): json_data(x) for key, x in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_data(x) for x in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def json_text(value: Any, indent: int = 1) -> str:
+    """Writes `json_data` as text."""
+    return json.dumps(json_data(value), indent=indent, allow_nan=False) + "\n"
 
 
 def as_number(value: object) -> float | None:

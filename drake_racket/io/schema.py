@@ -28,6 +28,7 @@ from pydantic_core import core_schema
 
 from drake_racket.io.errors import InputError, one_line
 from drake_racket.io.numbers import as_number
+from drake_racket.io.units import measure, units_shown
 
 T = TypeVar("T")
 Vector = tuple[float, ...]
@@ -97,6 +98,8 @@ class Number(Rule):
     def check(self, value: Any, *, written: bool = False) -> float:
         """Gives a Python float."""
         number = as_number(value) if written or not isinstance(value, str) else None
+        if number is None and written and isinstance(value, str):
+            number = self._with_unit(value)
         if number is None:
             raise refusal(value, "a finite number")
         if not math.isfinite(number):
@@ -105,6 +108,15 @@ class Number(Rule):
             unit = "" if self.unit == "1" else self.unit
             raise refusal(number, f"{self.least:g} to {self.most:g} {unit}".rstrip())
         return number
+
+    def _with_unit(self, text: str) -> float | None:
+        """The number of a text that has a unit behind it; None of a text that is no such thing."""
+        if self.unit == "1":
+            return None
+        try:
+            return measure("", text, self.unit)
+        except InputError:
+            raise refusal(text, f"a finite number ({units_shown(self.unit)})") from None
 
 
 @dataclass(frozen=True)

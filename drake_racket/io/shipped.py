@@ -25,6 +25,12 @@ def sdf_directory() -> Path:
     return inside if inside.is_dir() else _HERE.parent / "sdf"
 
 
+def studies_directory() -> Path:
+    """Gives the directory of the studies; a wheel and a source tree have it as the models."""
+    inside = _HERE / "studies"
+    return inside if inside.is_dir() else _HERE.parent / "studies"
+
+
 def add_to_package_map(package_map: PackageMap) -> None:
     """Makes `package://drake_racket/racket_tour.sdf` and the other models known to a Parser."""
     if not package_map.Contains("drake_racket"):

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.numbers import finite_number
+from drake_racket.io.numbers import as_number, finite_number
+from drake_racket.io.units import measure
 from drake_racket.laws.bed import spring_formula
 from drake_racket.parameters.ball import BallParameters, check_ball
 from drake_racket.parameters.grip import GripStiffness, check_grip
@@ -105,6 +106,25 @@ def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = 
     if error is not None:
         raise _blame(error, parameters, numbers, places, where)
     return new
+
+
+def plain_overrides(
+    overrides: Mapping[str, Any], keys: Mapping[str, ParameterKey]
+) -> dict[str, Any]:
+    """Gives the overrides with numbers in place of texts that have a unit, `170g`.
+
+    What is no number with a unit stays, for `apply_overrides` to refuse.
+    """
+
+    def plain(key: str, value: Any) -> Any:
+        if not isinstance(value, str) or key not in keys or as_number(value) is not None:
+            return value
+        try:
+            return measure(key, value, keys[key].unit)
+        except InputError:
+            return value
+
+    return {key: plain(key, value) for key, value in overrides.items()}
 
 
 def check_known(overrides: Iterable[str], keys: Iterable[str], where: str = "overrides") -> None:

@@ -71,6 +71,24 @@ class Quantities(Schema):
 
 
 @dataclass(frozen=True)
+class Spread(Schema):
+    """A spread number is one that racket makers print, or a regression gives, with its spread.
+
+    `sd` is its standard deviation, in the same unit.
+    """
+
+    value: _Value
+    unit: Text
+    status: _Status
+    source: _Source
+    sd: Annotated[float, Number("1", 0.0)] = 0.0
+
+    def __post_init__(self) -> None:
+        """NumPy's numbers become Python's, as those of a Quantity."""
+        plain_numbers(self)
+
+
+@dataclass(frozen=True)
 class Choice(Schema):
     """A choice is a named reading or convention with its provenance."""
 

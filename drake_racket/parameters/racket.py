@@ -12,14 +12,15 @@ and 7 8 9 are at the throat.
 import dataclasses
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.numbers import finite_number
-from drake_racket.io.schema import Schema, Text, read, shown
+from drake_racket.io.numbers import FrozenDict
+from drake_racket.io.schema import Number, Schema, Text, read, shown
 from drake_racket.io.shipped import data_directory
+from drake_racket.io.units import measure
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.laws.bed import BedTopology, grid_topology
 from drake_racket.parameters.frame import BENDING_AXES, FrameJoint
@@ -29,6 +30,7 @@ from drake_racket.parameters.quantities import (
     Of,
     Quantities,
     Quantity,
+    Spread,
     check_name,
 )
 from drake_racket.parameters.string_bed import (
@@ -41,11 +43,16 @@ from drake_racket.parameters.string_bed import (
 RACKETS = ("tour", "recreational")
 TENSIONS = ("low", "high")
 JOINT_READINGS = ("by_axis", "as_printed")
+ROUNDING = 1e-12
+"""Of a flat body's moments, by which the largest may exceed the sum of the others."""
 
 
 @dataclass(frozen=True)
 class Part(Schema):
-    """A part is one rigid body of the frame; its moments are about its centre of mass."""
+    """A part is one rigid body of the frame; its moments are about its centre of mass.
+
+    `com_y` and `product_xy` are 0 where they are left out: the part is alike on both sides.
+    """
 
     mass: Annotated[Quantity, Of("kg")]
     length: Annotated[Quantity, Of("m")]
@@ -53,6 +60,20 @@ class Part(Schema):
     moi_longitudinal: Annotated[Quantity, Of("kg*m^2")]  # about x
     moi_frontal: Annotated[Quantity, Of("kg*m^2")]  # about z, the normal of the string plane
     moi_transverse: Annotated[Quantity, Of("kg*m^2")]  # about y
+    com_y: Annotated[Quantity, Of("m", sign="any")] | None = None  # from the long axis
+    product_xy: Annotated[Quantity, Of("kg*m^2", sign="any")] | None = None  # minus integral of xy
+
+    def centre(self) -> tuple[float, float]:
+        """Gives the centre of mass (x, y) (m), from the end nearest the butt."""
+        return self.com.value, self.com_y.value if self.com_y else 0.0
+
+    def moments(self) -> tuple[float, float, float]:
+        """Gives the moments (kg m^2) about the centre of mass, along x, y and z."""
+        return self.moi_longitudinal.value, self.moi_transverse.value, self.moi_frontal.value
+
+    def product(self) -> float:
+        """Gives the product of inertia I_xy (kg m^2) about the centre of mass."""
+        return self.product_xy.value if self.product_xy else 0.0
 
 
 @dataclass(frozen=True)
@@ -99,9 +120,26 @@ class Landmarks(Schema):
     accelerometer: Annotated[Quantity, Of("m", sign="non-negative")]
 
 
+@dataclass(frozen=True)
+class AddedMass(Schema):
+    """An added mass is a record of what was stuck onto the frame: lead tape, a weight in the butt.
+
+    `mass` in kg; `x`, `y` (m) from the butt and from the long axis (+y is at 9 o'clock).
+    """
+
+    mass: Annotated[float, Number("kg")]
+    x: Annotated[float, Number("m")]
+    y: Annotated[float, Number("m")]
+    at: Text = ""  # as it was asked for: 3, butt, 20cm
+
+
 @dataclass(frozen=True, repr=False)
 class RacketParameters(Schema):
-    """The parameters are one racket with one string-bed: the whole content of one file."""
+    """The parameters are one racket with one string-bed: the whole content of one file.
+
+    `specs` records what a shop printed and a regression filled in, where the parts were made of it,
+    and `added` what was stuck on since: neither is a number of the model.
+    """
 
     name: Text
     title: Text
@@ -112,6 +150,12 @@ class RacketParameters(Schema):
     string_bed: StringBedParameters
     friction: FrictionParameters
     notes: tuple[Text, ...]
+    specs: dict[Text, Spread] = field(default_factory=dict)  # of the whole racket, where made of it
+    added: tuple[AddedMass, ...] = ()  # already in the parts' numbers
+
+    def __post_init__(self) -> None:
+        """The specs cannot be changed."""
+        object.__setattr__(self, "specs", FrozenDict(self.specs))
 
     def __repr__(self) -> str:
         """Shows name and title."""
@@ -163,9 +207,10 @@ def load_racket(
 
     Args:
         racket: `tour`, `recreational`, or the path of a parameter file (ending in .yaml or .yml).
-        tension: `low`, `high`, or a stringing tension in N. A number takes T0 and the friction
-            coefficients from the line through the two published tensions of that racket. A file
-            has one string-bed and takes its own tension: leave it at `low`.
+        tension: `low`, `high`, or a stringing tension in N (as text in any unit of one: `55lb`).
+            A number takes T0 and the friction coefficients from the line through the two published
+            tensions of that racket. A file has one string-bed and takes its own tension: leave it
+            at `low`.
         joint_reading: overrides the file's reading of the joint labels.
 
     Raises:
@@ -195,9 +240,8 @@ def load_racket(
 def _at_tension(racket: str, tension: str | float) -> RacketParameters:
     allowed = f"{', '.join(TENSIONS)} or a stringing tension in N between 150 and 450"
     try:
-        number = float(tension) if isinstance(tension, str) else tension
-        newton = finite_number("tension", number, allowed)
-    except ValueError:
+        newton = measure("tension", tension, "N", bare="")
+    except InputError:
         raise InputError("tension", tension, allowed) from None
     if not 150.0 <= newton <= 450.0:
         raise InputError("tension", tension, allowed)
@@ -249,13 +293,14 @@ def _check_whole(racket: RacketParameters, where: str) -> None:
     check_name(racket.name, where)
     for part_name in ("handle", "head"):
         part: Part = getattr(racket, part_name)
-        moments = (part.moi_longitudinal, part.moi_transverse, part.moi_frontal)
-        low, middle, high = sorted(m.value for m in moments)
+        along, across, normal = part.moments()
+        mean, half = 0.5 * (along + across), math.hypot(0.5 * (along - across), part.product())
+        low, middle, high = sorted((mean - half, mean + half, normal))
         if part.com.value > part.length.value:
             raise InputError(
                 f"{where}: {part_name}.com.value", part.com.value, f"at most {part.length.value}"
             )
-        if high > low + middle:
+        if high > (low + middle) * (1.0 + ROUNDING):
             raise InputError(
                 f"{where}: {part_name}.moi_*",
                 [low, middle, high],

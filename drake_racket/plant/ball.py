@@ -13,6 +13,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.schema import shown
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.plant.sdf import ball_inertia, ball_sdf
+from drake_racket.plant.shapes import show_ball
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,7 +32,7 @@ class Ball:
 
 
 def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "ball") -> Ball:
-    """Adds a free ball to `plant`, before `Finalize`.
+    """Adds a free ball to `plant`, before `Finalize`; with its shapes if there is a SceneGraph.
 
     The ball is a free body, but the contact force goes through its centre: it moves as a point
     mass and keeps whatever spin it is given.
@@ -49,7 +50,9 @@ def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "
     parser = Parser(plant)
     parser.SetStrictParsing()
     (instance,) = parser.AddModelsFromString(ball_sdf(parameters, name), "sdf")
-    return Ball(plant, parameters, instance, plant.GetBodyByName("ball", instance))
+    body = plant.GetBodyByName("ball", instance)
+    show_ball(plant, body, parameters.radius.value)
+    return Ball(plant, parameters, instance, body)
 
 
 def set_ball_inertia(ball: Ball, root: Context, parameters: BallParameters) -> None:

@@ -27,6 +27,7 @@ from drake_racket.laws.bed import rest_lengths, spring_formula
 from drake_racket.parameters.frame import FrameJoint, bushing_constants
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.sdf import part_inertia, racket_sdf, string_inertia
+from drake_racket.plant.shapes import show_racket
 from drake_racket.plant.systems.string_bed import StringBedModel, StringCoordinates
 
 FRAMES = ("butt", "grip", "accelerometer", "throat", "gsc", "tip")
@@ -142,6 +143,9 @@ def add_racket(
 ) -> Racket:
     """Adds a racket to `plant`, before `Finalize`.
 
+    A plant with a SceneGraph (`AddMultibodyPlantSceneGraph`) gets its shapes, too, to be seen in
+    Meshcat or by a camera; they do not collide.
+
     Args:
         name: the model instance's name; must be new in the plant.
         strung: with the string masses; False gives the bare frame of the modal tests.
@@ -168,6 +172,7 @@ def add_racket(
     parser.SetStrictParsing()
     (instance,) = parser.AddModelsFromString(racket_sdf(parameters, name, strung=strung), "sdf")
     racket = find_racket(plant, instance, parameters)
+    show_racket(plant, racket.handle, racket.head, racket.string_masses, parameters)
     if parent is not None:
         plant.WeldFrames(parent, racket.frame(held_at), X_PF or RigidTransform())
     return racket

@@ -23,12 +23,14 @@ class LinkInertia:
     """Says what SDF says of a link's inertia; `spatial` is the same for a Context.
 
     mass (kg); com (m), the centre of mass along the link's x; moments (kg m^2) about it, along x, y
-    and z.
+    and z; com_y (m) and product (kg m^2), I_xy about it, of what is not alike on both sides.
     """
 
     mass: float
     com: float
     moments: tuple[float, float, float]
+    com_y: float = 0.0
+    product: float = 0.0
 
     def spatial(self) -> SpatialInertia:
         """Gives M_LLo_L as Drake's parser makes it of the SDF, to the last bit.
@@ -37,14 +39,16 @@ class LinkInertia:
             RuntimeError: Drake does not take it for a body's inertia.
 
         """
-        moments = RotationalInertia(*self.moments).ReExpress(RotationMatrix())
-        return SpatialInertia.MakeFromCentralInertia(self.mass, [self.com, 0.0, 0.0], moments)
+        moments = RotationalInertia(*self.moments, self.product, 0.0, 0.0)
+        return SpatialInertia.MakeFromCentralInertia(
+            self.mass, [self.com, self.com_y, 0.0], moments.ReExpress(RotationMatrix())
+        )
 
 
 def part_inertia(part: Part) -> LinkInertia:
     """Gives the inertia of the handle or the head."""
-    moments = part.moi_longitudinal.value, part.moi_transverse.value, part.moi_frontal.value
-    return LinkInertia(part.mass.value, part.com.value, moments)
+    x, y = part.centre()
+    return LinkInertia(part.mass.value, x, part.moments(), y, part.product())
 
 
 def string_inertia(racket: RacketParameters) -> LinkInertia:
@@ -165,10 +169,10 @@ def _inertial(inertia: LinkInertia) -> list[str]:
     ixx, iyy, izz = inertia.moments
     return [
         "      <inertial>",
-        f"        <pose>{inertia.com!r} 0 0 0 0 0</pose>",
+        f"        <pose>{inertia.com!r} {_number(inertia.com_y)} 0 0 0 0</pose>",
         f"        <mass>{inertia.mass!r}</mass>",
         f"        <inertia><ixx>{ixx!r}</ixx><iyy>{iyy!r}</iyy><izz>{izz!r}</izz>"
-        "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia>",
+        f"<ixy>{_number(inertia.product)}</ixy><ixz>0</ixz><iyz>0</iyz></inertia>",
         "      </inertial>",
     ]
 
@@ -209,5 +213,9 @@ def _frame_chain(joints: Sequence[FrameJoint]) -> tuple[list[str], list[str]]:
 
 
 def _bushing(name: str, values: Sequence[float]) -> str:
-    text = " ".join(repr(value) if value else "0" for value in values)
+    text = " ".join(map(_number, values))
     return f"      <drake:bushing_{name}>{text}</drake:bushing_{name}>"
+
+
+def _number(value: float) -> str:
+    return repr(value) if value else "0"

@@ -20,5 +20,6 @@ from .style import RACKET_COLOURS as RACKET_COLOURS
 from .style import SKY as SKY
 from .style import VERMILION as VERMILION
 from .style import draw_outline as draw_outline
+from .style import frame_lines as frame_lines
 from .style import new_figure as new_figure
 from .style import tidy as tidy

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drake_racket.parameters.racket import RacketParameters
+from drake_racket.plant.shapes import frame_lines as frame_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 # Okabe & Ito's palette: told apart by colour-blind readers and, by lightness, in print
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY, GREY = "#E69F00", "#56B4E9", "0.45"
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+"""Colours of what is compared, in order."""
 RACKET_COLOURS = {"tour": BLUE, "recreational": VERMILION}
 BED_STYLES = {
     ("tour", "low"): (BLUE, "-"),
@@ -21,8 +24,6 @@ BED_STYLES = {
     ("recreational", "low"): (VERMILION, "-"),
     ("recreational", "high"): (VERMILION, "--"),
 }
-
-GRIP_HALF_WIDTH = 0.016  # m, drawn only
 
 
 def as_written(text: object) -> str:
@@ -53,16 +54,15 @@ def draw_outline(axes: Any, racket: RacketParameters, *, along_x: bool = True) -
 
     """
     bed, length = racket.string_bed, racket.handle.length.value
-    a, b, centre = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value, length + bed.gsc.value
-    angle = np.linspace(0.0, 2.0 * np.pi, 181)
-    rim = np.stack([centre + a * np.cos(angle), b * np.sin(angle)])
-    width, shaft = GRIP_HALF_WIDTH, centre - a - 0.05
-    at = np.radians(140.0)
-    joins = centre + a * np.cos(at), b * np.sin(at)
-    handle = np.array([[shaft, 0.0, 0.0, shaft], [width, width, -width, -width]])
-    lines = [rim, handle]
-    lines += [np.array([[shaft, joins[0]], [s * width, s * joins[1]]]) for s in (1, -1)]
-    for x, y in lines:
+    a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    lines = frame_lines(length, bed.gsc.value, a, b, pieces=180)
+    along = np.array([length, 0.0, 0.0])
+    arms = [
+        np.array([below[0], above[-1] + along])
+        for below, above in zip(lines.handle_arms, lines.head_arms, strict=True)
+    ]
+    for line in (lines.rim + along, lines.grip[:-1], *arms):  # the grip is open at its end
+        x, y = line[:, 0], line[:, 1]
         horizontal, vertical = (x, y) if along_x else (-y, x)
         axes.plot(1e3 * horizontal, 1e3 * vertical, color="0.6", lw=1.2, zorder=1)
     axes.set_aspect("equal")

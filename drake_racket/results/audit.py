@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from pydrake.systems.framework import Context
 
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
@@ -40,17 +39,16 @@ def balance(
     if impact.ball is None or impact.contact is None:
         raise InputError("balance: impact", "without a ball", "an impact with a ball")
     parts = Parts(impact, meter, limb=limb)
-    observer = Observer(parts)
-    state = observer.state(root)
-    one = [np.array([column]) for column in state]
+    observer = Observer(parts, root)
+    time, contact, state, record, totals = observer.states(observer.state()[None])
     trajectory = Trajectory(
         mechanism=mechanism_of(parts, root),
-        time=one[0],
-        state=one[1],
-        record=one[2],
-        totals=one[3],
-        contact=one[4],
-        motion=observer.motion([0], [observer.moving(root)], one[1]),
+        time=time,
+        state=state,
+        record=record,
+        totals=totals,
+        contact=contact,
+        motion=observer.motion([0], [observer.moving()], state),
         steps=0,
         evaluations=0,
     )

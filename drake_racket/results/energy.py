@@ -211,17 +211,18 @@ class Momenta:
         bodies = mechanism.bodies
         rotation, origin = motion.poses[..., :3], motion.poses[..., 3]
         w, v = motion.velocities[..., :3], motion.velocities[..., 3:]
-        c = np.einsum("mbij,bj->mbi", rotation, bodies.com)
         central = bodies.moments - bodies.mass[:, None, None] * _square(bodies.com)
-        moments = np.zeros((*rotation.shape[:2], 3, 3))
-        turning = np.flatnonzero(np.any(central != 0.0, axis=(1, 2)))  # string masses do not
-        turned = rotation[:, turning]
-        moments[:, turning] = turned @ central[turning] @ np.swapaxes(turned, -1, -2)
-        velocity = v + np.cross(w, c)
+        place, velocity = origin.copy(), v.copy()
+        moments, spin = np.zeros((*origin.shape, 3)), np.zeros(origin.shape)
+        # all but the string masses, which are points at their origins
+        b = np.flatnonzero(np.any(bodies.moments != 0.0, axis=(1, 2)))
+        c = np.einsum("mbij,bj->mbi", rotation[:, b], bodies.com[b])
+        moments[:, b] = rotation[:, b] @ central[b] @ np.swapaxes(rotation[:, b], -1, -2)
+        place[:, b] += c
+        velocity[:, b] += np.cross(w[:, b], c)
+        spin[:, b] = np.einsum("mbij,mbj->mbi", moments[:, b], w[:, b])
         linear = bodies.mass[:, None] * velocity
-        spin = np.einsum("mbij,mbj->mbi", moments, w)
         kinetic = np.einsum("mbi,mbi->mb", linear, velocity) + np.einsum("mbi,mbi->mb", spin, w)
-        place = origin + c
         angular = spin + np.cross(place, linear)
         return Momenta(bodies.mass, place, moments, linear, angular, 0.5 * kinetic)
 

@@ -16,6 +16,7 @@ from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import TOUCH
 from drake_racket.laws.strings import spring_law
 from drake_racket.plant.properties import frame_fundamentals
+from drake_racket.plant.systems.ports import ContactState
 from drake_racket.results import kinematics
 from drake_racket.results.energy import STORES, Balances
 
@@ -84,6 +85,12 @@ def after_release(history: xarray.Dataset) -> xarray.Dataset:
     first = int(inside[-1]) + 1 if len(inside) else 0
     return history.isel(time=slice(first, None))
 
+
+_CONTACT = [
+    place
+    for place in ContactState
+    if place not in (ContactState.PHASE, ContactState.COMPRESSION_RATE)
+]
 
 _R = "R, the racket's initial frame (butt, x to tip, z normal to strings)"
 _W = "W, the world"
@@ -168,14 +175,8 @@ def _impact_columns(trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
     return {
         "ball_position": motion.poses[:, mechanism.ball, :, 3],
         "ball_velocity": motion.velocities[:, mechanism.ball, 3:],
-        "in_contact": (contact[:, 0] == CONTACT).astype(float),
-        "contact_point": contact[:, 1],
-        "compression": contact[:, 2],
-        "normal_force": contact[:, 4],
-        "friction_x": contact[:, 5],
-        "friction_y": contact[:, 6],
-        "sliding_x": contact[:, 7],
-        "sliding_y": contact[:, 8],
+        "in_contact": (contact[:, ContactState.PHASE] == CONTACT).astype(float),
+        **{place.name.lower(): contact[:, place] for place in _CONTACT},
         "string_deflection": q[:, strings.position],
         "string_tension": _tensions(mechanism, q, v),
         **{

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from drake_racket.cases.case import Case
 from drake_racket.engines.trajectory import Trajectory
+from drake_racket.io.numbers import json_data
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
 from drake_racket.parameters.scenario import Scenario
+from drake_racket.plant.systems.ports import ContactState
 from drake_racket.results.energy import (
     Balance,
     Balances,
@@ -30,6 +32,33 @@ from drake_racket.results.warnings import run_warnings
 
 if TYPE_CHECKING:
     import xarray
+
+
+RESULT_UNITS = {
+    "approach_velocity": "m/s",
+    "rebound_velocity": "m/s",
+    "apparent_restitution": "1",
+    "aim_velocity": "m/s",
+    "rebound_angle": "rad",
+    "contact_time": "s",
+    "touch_time": "s",
+    "peak_normal_force": "N",
+    "peak_string_deflection": "m",
+    "impulse": "N*s",
+    "normal_approach_speed": "m/s",
+    "kb": "N/m",
+    "cb": "N*s/m",
+    "racket_velocity": "m/s",
+    "racket_angular_velocity": "rad/s",
+    "peak_in_plane_angle": "rad",
+    "peak_out_of_plane_angle": "rad",
+    "peak_handle_acceleration": "m/s^2",
+    "energy_error": "1",
+    "momentum_error": "1",
+    "angular_momentum_error": "1",
+    "balance": "J",
+}
+"""Unit of what a result holds; the scenario's are in its own keys' units."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -109,14 +138,10 @@ class ImpactResult:
         return f"ImpactResult(point {self.point}, rebound {speed:.2f} m/s)"
 
     def to_json(self) -> dict[str, Any]:
-        """Gives everything but the history, as JSON's own types."""
-        skipped = ("history", "scenario")
-        values = {
-            f.name: _plain(getattr(self, f.name))
-            for f in dataclasses.fields(self)
-            if f.name not in skipped
-        }
-        return values | {"scenario": dataclasses.asdict(self.scenario)}
+        """Gives everything but the history, as JSON's own types, with the units (`units`)."""
+        values = {name: json_data(x) for name, x in vars(self).items() if name != "history"}
+        units = {name: unit for name, unit in RESULT_UNITS.items() if name in values}
+        return values | {"scenario": dataclasses.asdict(self.scenario), "units": units}
 
 
 def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactResult:
@@ -158,7 +183,7 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
         touch_time=record.touch_time if touched else None,
         point=record.point if touched else None,
         touches=record.touches,
-        peak_normal_force=_peak(trajectory.time, trajectory.contact[:, 4]),
+        peak_normal_force=_peak(trajectory.time, trajectory.contact[:, ContactState.NORMAL_FORCE]),
         peak_string_deflection=_peak_deflection(trajectory),
         impulse=case.ball.mass.value * (rebound - approach),
         normal_approach_speed=record.approach_speed if touched else None,
@@ -280,13 +305,3 @@ def _norm(vector: NDArray[np.float64]) -> float:
 
 def _largest(vectors: NDArray[np.float64]) -> float:
     return float(np.max(np.linalg.norm(vectors, axis=1)))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return [float(x) for x in value]
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

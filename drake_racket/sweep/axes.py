@@ -1,6 +1,7 @@
 """An axis of a sweep is a grid, a list, rows of several keys, or a sampled design.
 
     speed: {values: [18, 25, 33], unit: m/s}                       a list
+    speed: {values: [40mph, 65 km/h]}                              in any unit, behind the number
     speed: {from: 18, to: 33, count: 6, unit: m/s}                 a grid (spacing: log as well)
     head_mass: {key: racket.head.mass, from: 0.9, to: 1.1, count: 5, relative: true}
     stroke:                                                        keys that vary together
@@ -28,6 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.numbers import as_number
+from drake_racket.io.units import measure
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.sweep.keys import NUMBER, SWITCH, Key, Value, find_key
 
@@ -87,6 +90,7 @@ def make_axis(name: str, tree: Any, base: Scenario, where: str) -> SweepAxis:
         tree, ("key", "values", "from", "to", "count", "spacing", "unit", "relative"), where
     )
     key = find_key(_text(tree.get("key", name), f"{where}.key"), base, where)
+    tree = _plain(tree, key)
     if "values" in tree:
         if set(tree) & {"from", "to", "count", "spacing"}:
             raise InputError(where, sorted(tree), "either values, or from, to and count")
@@ -114,7 +118,8 @@ def _rows_axis(name: str, tree: Mapping[str, Any], base: Scenario, where: str) -
         at = f"{where}.keys.{key_name}"
         _check_names(settings, ("unit", "relative"), at)
         key = find_key(key_name, base, at)
-        columns.append(_column(key, settings, [row[i] for row in rows], at))
+        values = _plain({**settings, "values": [row[i] for row in rows]}, key)
+        columns.append(_column(key, values, values["values"], at))
     labels: tuple[Value, ...] = tuple(range(len(rows)))
     if "labels" in tree:
         labels = tuple(
@@ -136,6 +141,7 @@ def _sampled_axis(name: str, tree: Mapping[str, Any], base: Scenario, where: str
         at = f"{where}.keys.{key_name}"
         _check_names(settings, ("from", "to", "spacing", "unit", "relative"), at)
         key = find_key(key_name, base, at)
+        settings = _plain(settings, key)
         columns.append(_column(key, settings, _between(settings, unit_cube[:, i], at).tolist(), at))
     return SweepAxis(name, tuple(columns), tuple(range(count)), joint=True)
 
@@ -191,6 +197,36 @@ def _column(key: Key, settings: Mapping[str, Any], values: Sequence[Any], where:
         raise InputError(f"{where}.unit", given, allowed if unit else f"no unit for {key.name}")
     checked = tuple(_value(x, key, unit, f"{where}.values[{i}]") for i, x in enumerate(values))
     return AxisColumn(key, checked, unit, relative)
+
+
+def _plain(settings: Mapping[str, Any], key: Key) -> dict[str, Any]:
+    """The settings with numbers in place of texts that have a unit: `from: 40mph`.
+
+    Where all have one, `unit` need not be said again.
+    """
+    plain = dict(settings)
+    names = [name for name in ("from", "to") if name in settings]
+    given = [settings[name] for name in names]
+    if isinstance(settings.get("values"), (list, tuple)):
+        given += settings["values"]
+    numbers = [_number_of(value, key) for value in given]
+    if given and all(number is not None for number in numbers):
+        plain.setdefault("unit", key.unit)
+    read = [value if n is None else n for value, n in zip(given, numbers, strict=True)]
+    plain.update(zip(names, read, strict=False))
+    if len(read) > len(names):
+        plain["values"] = read[len(names) :]
+    return plain
+
+
+def _number_of(value: Any, key: Key) -> float | None:
+    """The number of a text with a unit that the key's number can have; None of anything else."""
+    if key.kind != NUMBER or not isinstance(value, str) or as_number(value) is not None:
+        return None
+    try:
+        return measure("", value, key.unit)
+    except InputError:
+        return None
 
 
 def _needed_unit(key: Key, values: Sequence[Any], relative: bool) -> str:

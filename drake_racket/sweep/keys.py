@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.units import measure
 from drake_racket.parameters.overrides import SPRING, ParameterKey, parameter_keys
 from drake_racket.parameters.scenario import Scenario
 
@@ -112,6 +113,35 @@ def find_key(name: str, base: Scenario, where: str) -> Key:
     near = difflib.get_close_matches(name, [*own, *parameters], n=3, cutoff=0.5)
     shown = ", ".join(near) if near else "speed, point, ..., racket.head.mass, ball.mass, ..."
     raise InputError(where, name, f"a key of the scenario or a parameter ({shown})")
+
+
+def with_settings(base: Scenario, settings: Sequence[str], where: str = "--set") -> Scenario:
+    """Gives a scenario with keys set as a command line writes them, `speed=56mph`. Not checked.
+
+    Raises:
+        InputError: no such key, a key that stands twice, or a value that is not of its kind.
+
+    """
+    values: dict[Key, Value] = {}
+    for text in settings:
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not sign or not name:
+            raise InputError(where, text, "KEY=VALUE: speed=30m/s, racket.head.mass=170g")
+        key = find_key(name, base, where)
+        if key in values:
+            raise InputError(f"{where} {name}", value, "each key once")
+        values[key] = _written(key, value, f"{where} {name}")
+    return with_values(base, values, {})
+
+
+def _written(key: Key, text: str, where: str) -> Value:
+    if key.kind == NUMBER:
+        return measure(where, text, key.unit, bare="")
+    if key.kind == SWITCH:
+        if text not in ("true", "false"):
+            raise InputError(where, text, "true or false")
+        return text == "true"
+    return text
 
 
 def with_values(

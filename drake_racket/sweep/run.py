@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped
 from drake_racket.io.files import check_directory, directory_error
-from drake_racket.io.interrupts import interrupted, raise_interrupts, undisturbed
+from drake_racket.io.interrupts import interrupted, noticed, raise_interrupts, undisturbed
 from drake_racket.io.progress import Progress, Report
 from drake_racket.pool import PoolError, check_workers, leave_if_imported_again
 from drake_racket.results.formats import write_history
@@ -89,6 +89,7 @@ def run_sweep(
     report = progress or (lambda _: None)
     start = time.monotonic()
     with contextlib.ExitStack() as stack:
+        stack.enter_context(noticed())
         client = None if scheduler is None else stack.enter_context(connected(scheduler))
         plan = make_plan(
             sweep,

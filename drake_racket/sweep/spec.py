@@ -26,7 +26,7 @@ from drake_racket.io.yaml_files import parse_tree, read_text
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.formats import check_format
 from drake_racket.sweep.axes import MOST_CASES, SweepAxis, make_axis
-from drake_racket.sweep.keys import Key, Value, with_values
+from drake_racket.sweep.keys import Key, Value, with_settings, with_values
 from drake_racket.sweep.outputs import OUTPUTS, USUAL_OUTPUTS, Output, find_outputs
 
 MAX_BYTES = 20_000_000  # rows of a large design; this stops a wrong file early
@@ -109,18 +109,27 @@ class Sweep:
         return with_values(self.base, values, factors)
 
 
-def load_sweep(path: str | Path) -> Sweep:
+def load_sweep(path: str | Path, settings: Sequence[str] = ()) -> Sweep:
     """Reads and checks a sweep's file; `base` may name a scenario file beside it.
+
+    Args:
+        path: of the file.
+        settings: keys of the base set otherwise, as `speed=30m/s`; see `keys.with_settings`.
 
     Raises:
         InputError: naming the key, the value and what is allowed.
 
     """
     path = Path(path)
-    return parse_sweep(read_text(path, MAX_BYTES), str(path), path.parent)
+    return parse_sweep(read_text(path, MAX_BYTES), str(path), path.parent, settings)
 
 
-def parse_sweep(text: str, where: str = "sweep", directory: str | Path = Path()) -> Sweep:
+def parse_sweep(
+    text: str,
+    where: str = "sweep",
+    directory: str | Path = Path(),
+    settings: Sequence[str] = (),
+) -> Sweep:
     """Reads and checks a sweep from YAML text; see `load_sweep`."""
     directory = Path(directory)
     tree = parse_tree(text, where)
@@ -137,6 +146,8 @@ def parse_sweep(text: str, where: str = "sweep", directory: str | Path = Path())
         scenario = resolve(read(base, Scenario, f"{where}: base"), f"{where}: base").scenario
     else:
         raise InputError(f"{where}: base", base, "a scenario file, or a scenario's keys")
+    if settings:
+        scenario = resolve(with_settings(scenario, settings), "--set").scenario
     axes = tree.pop("axes", None)
     return make_sweep(scenario, axes, **tree, where=where)
 

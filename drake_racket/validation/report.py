@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import html
 import io
-import json
-import math
 import platform
 from collections import Counter
 from collections.abc import Sequence
@@ -15,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_racket.io.files import write_text
+from drake_racket.io.numbers import json_data, json_text
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.grip import load_grip
 from drake_racket.parameters.quantities import sourced_fields
@@ -22,24 +21,6 @@ from drake_racket.parameters.racket import load_racket
 from drake_racket.validation.outcome import Plan
 from drake_racket.validation.published import PublishedValue
 from drake_racket.validation.rows import AGREES, DIFFERS, NOT_COMPARABLE, Comparison
-
-COLUMNS = (
-    "key",
-    "section",
-    "quantity",
-    "unit",
-    "published",
-    "published_low",
-    "published_high",
-    "source",
-    "model",
-    "difference",
-    "tolerance",
-    "tolerance_reason",
-    "verdict",
-    "reason",
-    "depends_on_inferred",
-)
 
 
 def write_report(
@@ -58,13 +39,13 @@ def write_report(
     out = Path(out)
     records = [_record(row) for row in rows]
     table = io.StringIO()
-    writer = csv.DictWriter(table, COLUMNS, lineterminator="\n")
+    writer = csv.DictWriter(table, list(records[0]), lineterminator="\n")
     writer.writeheader()
     for record in records:
         depends = " ".join(record["depends_on_inferred"])
         writer.writerow(record | {"depends_on_inferred": depends})
     write_text(table.getvalue(), out / "rows.csv")
-    write_text(json.dumps(records, indent=1, allow_nan=False) + "\n", out / "rows.json")
+    write_text(json_text(records), out / "rows.json")
     text = markdown(rows, sections, titles, plan)
     write_text(text, out / "report.md")
     write_text(as_html(text), out / "report.html")
@@ -81,18 +62,14 @@ def _record(row: Comparison) -> dict[str, Any]:
         "published_low": entry.low,
         "published_high": entry.high,
         "source": entry.source,
-        "model": _finite(row.model),
-        "difference": _finite(row.difference),
+        "model": json_data(row.model),
+        "difference": json_data(row.difference),
         "tolerance": row.tolerance,
         "tolerance_reason": entry.tolerance_reason,
         "verdict": row.verdict,
         "reason": row.reason(),
         "depends_on_inferred": entry.depends_on,
     }
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
 
 
 def markdown(

@@ -47,8 +47,9 @@ def calibration_figure(dataset: xarray.Dataset) -> Figure:
     beds.set_title("clamped beds, 18-33 m/s", fontsize="medium")
 
     force = 1e-3 * dataset["peak_force"].to_numpy().T
-    curves = plate.contour(kb, cb, force, np.arange(1.0, 3.0, 0.25), colors="0.55", linewidths=0.9)
-    plate.clabel(curves, fmt="%g kN", fontsize=8)
+    curves = plate.contour(kb, cb, force, np.arange(1.0, 3.0, 0.25), colors="0.45", linewidths=0.9)
+    for text in plate.clabel(curves, fmt="%g kN", fontsize=9, colors="0.2", inline_spacing=4):
+        text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.8})
     longest = 1e3 * dataset["contact_time"].to_numpy().T
     drop = dataset["drop_restitution"].to_numpy().T
     height = float(dataset.attrs["drop_height"])
@@ -77,6 +78,7 @@ def calibration_figure(dataset: xarray.Dataset) -> Figure:
             fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.13), frameon=False, ncols=2
         )
     beds.set_ylabel("cb at 18 m/s (N s/m)")
+    figure.suptitle("Which kb and cb fit what is published of the ball")
     return figure
 
 

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_WORST = 10.0  # relative error at which the colours end
+_WORST = 1.0  # relative error at which the colours end
+_SHOWN = 2.0  # and the numbers: beyond it a parameter is not known at all
 
 
 def per_cent(error: float) -> str:
@@ -39,7 +40,7 @@ def errors_figure(dataset: xarray.Dataset) -> Figure:
     names = [str(n) for n in dataset["parameter"].to_numpy()]
     columns = min(len(beds), 2)
     rows = -(-len(beds) // columns)
-    figure = new_figure(0.48 * len(names) * columns + 2.8, (0.26 * len(cases) + 0.7) * rows + 0.3)
+    figure = new_figure(0.56 * len(names) * columns + 3.0, (0.31 * len(cases) + 0.8) * rows + 0.7)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     image: Any = None
     for axes, bed in zip(panels.flat, beds, strict=False):
@@ -50,22 +51,23 @@ def errors_figure(dataset: xarray.Dataset) -> Figure:
         )
         for i, row in enumerate(errors):
             for j, error in enumerate(row):
-                colour = "white" if error > 0.7 else "black"
+                colour = "white" if error > 0.07 else "black"
                 weight = "bold" if error <= 0.1 else "normal"
-                text = per_cent(float(error))
-                style: dict[str, Any] = {"color": colour, "weight": weight, "fontsize": 7}
+                text = per_cent(float(error)) if not error > _SHOWN else f">{100 * _SHOWN:.0f}"
+                style: dict[str, Any] = {"color": colour, "weight": weight, "fontsize": 8.5}
                 axes.text(j, i, text, ha="center", va="center", **style)
         axes.set_title(str(bed), fontsize="medium")
         axes.set_xticks(range(len(names)), names)
-        axes.set_yticks(range(len(cases)), cases, fontsize=8)
+        axes.set_yticks(range(len(cases)), cases, fontsize=9)
         axes.tick_params(length=0, labelbottom=True)
     for axes in list(panels.flat)[len(beds) :]:
         axes.set_visible(False)
     bar = figure.colorbar(image, ax=panels, shrink=0.6, pad=0.01)
-    ticks = [0.01, 0.1, 1.0, 10.0]
-    bar.set_ticks(ticks, labels=["1", "10", "100", "≥1000"])
+    ticks = [0.01, 0.03, 0.1, 0.3, 1.0]
+    bar.set_ticks(ticks, labels=["1", "3", "10", "30", "≥100"])
     bar.minorticks_off()
     bar.set_label("relative standard error (%)")
+    figure.suptitle("How well measurements determine the string-bed (bold: to 10 % or better)")
     return figure
 
 
@@ -79,7 +81,7 @@ def directions_figure(dataset: xarray.Dataset, case: int = 0) -> Figure:
     """
     one = dataset.isel(case=case).dropna("direction", subset=["singular_value"], how="all")
     one = one.dropna("parameter", subset=["standard_error"], how="all")
-    figure = new_figure(10.0, 4.2)
+    figure = new_figure(10.0, 4.6)
     axes, picture = figure.subplots(1, 2, width_ratios=(1.0, 1.15))
     for bed in one["bed"].to_numpy():
         racket, tension = str(bed).split()
@@ -115,6 +117,7 @@ def directions_figure(dataset: xarray.Dataset, case: int = 0) -> Figure:
     picture.set_title(f"the combinations, {first['bed'].item()}", fontsize="medium")
     picture.tick_params(length=0)
     figure.colorbar(image, ax=picture, label="part of ln(parameter)", shrink=0.8)
+    figure.suptitle("Combinations of parameters that are known, from best to worst")
     return figure
 
 
@@ -129,7 +132,7 @@ def profiles_figure(dataset: xarray.Dataset) -> Figure:
     if "bed" not in dataset.dims:
         dataset = dataset.expand_dims("bed")
     names, beds = dataset["parameter"].to_numpy(), dataset["bed"].to_numpy()
-    figure = new_figure(2.2 * len(names) + 0.6, 2.3 * len(beds) + 0.8)
+    figure = new_figure(2.2 * len(names) + 0.6, 2.3 * len(beds) + 1.2)
     panels = figure.subplots(len(beds), len(names), squeeze=False, sharey=True)
     for row, bed in zip(panels, beds, strict=True):
         for axes, name in zip(row, names, strict=True):
@@ -142,7 +145,8 @@ def profiles_figure(dataset: xarray.Dataset) -> Figure:
             color=GREY,
         )  # fmt: skip
     panels[0, 0].plot([], [], color="black", ls=":", label="linear")
-    figure.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+    figure.suptitle("Likelihood profiles: how far a parameter may be off")
     return figure
 
 
@@ -174,7 +178,7 @@ def refits_figure(dataset: xarray.Dataset) -> Figure:
 
     """
     cases, names = dataset["case"].to_numpy(), dataset["parameter"].to_numpy()
-    figure = new_figure(5.0 * len(cases) + 0.4, 3.6)
+    figure = new_figure(5.0 * len(cases) + 0.4, 4.0)
     panels = figure.subplots(1, len(cases), squeeze=False, sharey=True)[0]
     for axes, case in zip(panels, cases, strict=True):
         one = dataset.sel(case=case)
@@ -194,4 +198,5 @@ def refits_figure(dataset: xarray.Dataset) -> Figure:
         axes.set_xticks(range(len(names)), names)
         tidy(axes)
     panels[0].set_ylabel("estimate / true value")
+    figure.suptitle("Refits to noisy data (bars: two standard errors of the linear answer)")
     return figure

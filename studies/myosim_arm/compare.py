@@ -136,11 +136,12 @@ def _errors(
     mass, still = mass_and_bias(model, data, qpos, np.zeros(model.nv))
     _, moving = mass_and_bias(model, data, qpos, T @ v[at_v])
     scale = np.sqrt(np.outer(M.diagonal(), M.diagonal()))
+    none = 1e-6 * float(M.diagonal().max())  # times 1 rad/s^2 or m/s^2: a smaller force is rounding
     return [
         *_pose_errors(limb, context, data),
         float(np.max(np.abs(T.T @ mass @ T - M) / scale)),
-        _relative(T.T @ still, gravity[at_v]),
-        _relative(T.T @ moving, bias[at_v]),
+        _relative(T.T @ still, gravity[at_v], none),
+        _relative(T.T @ moving, bias[at_v], none),
     ]
 
 
@@ -158,10 +159,9 @@ def _pose_errors(limb: ImportedLimb, context: Context, data: Any) -> tuple[float
     return apart, turned
 
 
-def _relative(expected: NDArray[np.float64], found: NDArray[np.float64]) -> float:
-    largest = float(np.max(np.abs(expected)))
-    difference = float(np.max(np.abs(expected - found)))
-    return difference / largest if largest > 0.0 else difference
+def _relative(expected: NDArray[np.float64], found: NDArray[np.float64], least: float) -> float:
+    """The largest difference over the largest force, or over `least` where that is larger."""
+    return float(np.max(np.abs(expected - found)) / max(np.max(np.abs(expected)), least))
 
 
 def joint_table(limb: ImportedLimb) -> xarray.Dataset:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.plots import BLUE, GREEN, GREY, VERMILION, new_figure, tidy
+from drake_racket import load_racket
+from drake_racket.plots import BLUE, GREEN, GREY, VERMILION, frame_lines, new_figure, tidy
 
 if TYPE_CHECKING:
     import xarray
@@ -31,7 +32,7 @@ _VIEWS = (
 _SEGMENTS = (("shoulder", "elbow", 7.0), ("elbow", "wrist", 5.5), ("wrist", "knuckle", 8.0))
 _TRIAD = (("x", VERMILION), ("y", GREEN), ("z", BLUE))
 _THUMB = 0.05  # m, drawn only
-_RACKET = 0.3  # m of the racket's axis, drawn only
+_RACKET = 0.7  # m of the racket's axis: room for the racket, which reaches 0.58 m beyond the grip
 _MARGIN = 0.16  # m around what is drawn
 
 
@@ -118,10 +119,15 @@ def _draw_positive_directions(axes: Any, zero: xarray.Dataset, view: _View) -> N
 
 
 def _draw_hand_frame(axes: Any, posture: xarray.Dataset, view: _View) -> None:
-    """The frame that the racket's grip frame lies on; its x is drawn longer."""
+    """The frame that the racket's grip frame lies on, and the tour racket in it."""
     hand = posture.sel(frame="hand")
     origin = hand["frame_origin"].to_numpy()
     start = _flat(origin, view)
+    axes_of_hand = np.array(
+        [hand["frame_axes"].sel(direction=name).to_numpy() for name in ("x", "y", "z")]
+    )
+    for line in _racket_lines():
+        axes.plot(*_flat(origin + line @ axes_of_hand, view).T, color="0.45", lw=1.3, zorder=2)
     texts = {
         "x": "hand x: butt to tip",
         "y": "hand y",
@@ -129,10 +135,22 @@ def _draw_hand_frame(axes: Any, posture: xarray.Dataset, view: _View) -> None:
     }
     for name, colour in _TRIAD:
         direction = hand["frame_axes"].sel(direction=name).to_numpy()
-        end = _flat(origin + (_RACKET if name == "x" else 0.12) * direction, view)
+        end = _flat(origin + 0.12 * direction, view)
         axes.plot(*np.stack([start, end]).T, color=colour, lw=2.2, zorder=5, label=texts[name])
         axes.plot(*end, ".", color=colour, ms=7, zorder=5)
     axes.plot(*start, "o", color="black", ms=5, zorder=6, label="grip centre")
+
+
+def _racket_lines() -> list[NDArray[np.float64]]:
+    """The tour racket's outline from its grip, (k, 3) m in the hand's axes."""
+    racket = load_racket("tour")
+    bed, throat = racket.string_bed, racket.handle.length.value
+    a, b = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    lines = frame_lines(throat, bed.gsc.value, a, b)
+    along = np.array([throat, 0.0, 0.0])
+    on_head = [line + along for line in (lines.rim, *lines.head_arms)]
+    grip = np.array([racket.landmarks.grip.value, 0.0, 0.0])
+    return [line - grip for line in (lines.grip, *lines.handle_arms, *on_head)]
 
 
 def _finish(axes: Any, posture: xarray.Dataset, view: _View, title: str) -> None:

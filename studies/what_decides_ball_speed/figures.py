@@ -27,8 +27,11 @@ def sensitivity_figure(indices: xarray.Dataset, titles: Mapping[str, str] | None
 
     """
     outputs = [str(x) for x in indices["output"].to_numpy()]
+    first = indices["total"].sel(output=outputs[0])
+    order = np.argsort(-first.to_numpy())  # what decides most on top
+    indices = indices.isel(parameter=order)
     parameters = [str(x) for x in indices["parameter"].to_numpy()]
-    figure = new_figure(2.6 + 2.7 * len(outputs), 1.9 + 0.55 * len(parameters))
+    figure = new_figure(2.6 + 2.7 * len(outputs), 2.2 + 0.55 * len(parameters))
     panels = figure.subplots(1, len(outputs), sharex=True, sharey=True, squeeze=False)[0]
     places = np.arange(len(parameters))
     for axes, output in zip(panels, outputs, strict=True):
@@ -46,6 +49,7 @@ def sensitivity_figure(indices: xarray.Dataset, titles: Mapping[str, str] | None
                 label=label,
             )
         axes.axvline(0.0, color="0.8", lw=0.8, zorder=0)
+        axes.set_xlim(-0.05, 1.0)
         axes.set_title((titles or {}).get(output, output.replace("_", " ")), fontsize=10)
         for place in places[:-1]:
             axes.axhline(place + 0.5, color="0.92", lw=0.8, zorder=0)
@@ -53,12 +57,14 @@ def sensitivity_figure(indices: xarray.Dataset, titles: Mapping[str, str] | None
     panels[0].set_yticks(places, [_label(indices, name) for name in parameters], fontsize=9)
     panels[0].invert_yaxis()
     confidence = 100.0 * float(indices.attrs["confidence"])
-    figure.supxlabel(
-        f"share of the variance (bars: {confidence:g} % confidence, {indices.attrs['rows']} cases)",
+    figure.suptitle("What decides, sorted by its share in ball speed")
+    panels[len(panels) // 2].set_xlabel(
+        f"share of the variance (bars: {confidence:g} % confidence, cut at 1;"
+        f" {indices.attrs['rows']} cases)",
         fontsize=10,
     )
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=2, frameon=False, fontsize=9)
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
     return figure
 
 

@@ -47,36 +47,7 @@ VECTORS = (
     "racket_angular_velocity",
 )
 COUNTS = ("point", "touches", "steps", "evaluations")
-OTHERS = ("balance", "warnings", "scenario")
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Runs cli.main in this process; returns status, standard output and standard error."""
-
-    def call(*arguments: str) -> tuple[object, str, str]:
-        monkeypatch.setattr(sys, "argv", ["drake-racket", *arguments])
-        status: object = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            status = stop.code
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return call
-
-
-@pytest.fixture
-def run_well(run):
-    """As `run`, for what must succeed: returns standard output."""
-
-    def call(*arguments: str) -> str:
-        status, out, err = run(*arguments)
-        assert (status, err) == (0, "")
-        return out
-
-    return call
+OTHERS = ("balance", "warnings", "scenario", "units")
 
 
 @pytest.fixture
@@ -112,6 +83,8 @@ def test_json_is_one_object_with_every_key(run_well):
     value, end = json.JSONDecoder().raw_decode(out)
     assert out[end:] == "\n"  # one object, and nothing else
     assert set(value) == {*NUMBERS, *VECTORS, *COUNTS, *OTHERS}
+    assert set(value["units"]) == {*NUMBERS, *VECTORS, "balance"}
+    assert value["units"]["rebound_angle"] == "rad"
     for key in NUMBERS:
         assert isinstance(value[key], float), key
         assert math.isfinite(value[key]), key

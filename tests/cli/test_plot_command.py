@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
 
-from drake_racket import IntegratorSettings, Scenario, cli, simulate
+from drake_racket import IntegratorSettings, Scenario, simulate
+from drake_racket.cli.plot import labels
 from drake_racket.io.shipped import data_directory
 from drake_racket.plots.log.contact_force import contact_force_figure
+from drake_racket.plots.log.energy import energy_figure
+from drake_racket.plots.log.impact import near_contact
+from drake_racket.plots.log.overlay import overlay_figure
 from drake_racket.plots.log.string_map import snapshots, spring_ends, string_map_figure
 from drake_racket.plots.log.vibration import amplitude_spectrum, vibration_figure
 from drake_racket.results.formats import racket_of, write_history
+from drake_racket.results.history import after_release
 from tests.conftest import SPRINGS
 
 FIGURES = {"contact_force", "string_map", "energy", "vibration", "loads"}
@@ -41,20 +45,9 @@ def log(history, tmp_path_factory):
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
-    """Runs cli.main in this process; returns status, standard output and standard error."""
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["drake-racket", *map(str, arguments)])
-        status = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            status = stop.code
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return call
+def run(run):
+    """As the folder's, with paths among the arguments."""
+    return lambda *arguments: run(*map(str, arguments))
 
 
 # --- the command ----------------------------------------------------------------------------------
@@ -177,16 +170,16 @@ def test_springs_end_on_the_rim(history):
 def test_snapshots(history):
     time, force = history["time"].to_numpy(), history["normal_force"].to_numpy()
     found = dict(snapshots(history))
-    assert list(found) == ["touch", "peak force", "release", "after"]
-    assert time[found["touch"]] == 0.0
-    assert force[found["touch"] - 1] == 0.0
+    assert list(found) == ["half-way to peak force", "peak force", "release", "after"]
+    half = 0.5 * time[found["peak force"]]
+    assert time[found["half-way to peak force"]] == pytest.approx(half, abs=1e-4)
     assert force[found["peak force"]] == force.max()
     assert force[found["release"] - 1] > 0.0
     assert not force[found["release"] :].any()
     assert time[found["after"]] - time[found["release"]] == pytest.approx(2e-3, abs=1e-4)
     cut = history.isel(time=slice(0, found["peak force"] + 1))
     assert [name for name, _ in snapshots(cut)] == [
-        "touch",
+        "half-way to peak force",
         "peak force",
         "end of the log, in contact",
     ]
@@ -252,6 +245,63 @@ def test_a_log_too_short_for_a_spectrum(history):
     figure = vibration_figure(history.isel(time=history["time"] < 0.01))
     (axes,) = figure.axes
     assert axes.get_title().startswith("no spectrum: the log ends ")
+
+
+def test_how_much_of_the_ringing_is_the_frames(history):
+    """The share in the note is that of the spectrum's lines below 300 Hz."""
+    spectrum = vibration_figure(history).axes[1]
+    (note,) = [text.get_text() for text in spectrum.texts]
+    ringing = after_release(history)
+    time = ringing["time"].to_numpy()
+    kept = np.append(np.diff(time) > 0.0, True)
+    values = ringing["handle_acceleration"].sel(axis="z").to_numpy()[kept]
+    lines, amplitudes = amplitude_spectrum(time[kept], values)
+    power = amplitudes**2
+    share = 100.0 * np.sqrt(power[lines <= 300.0].sum() / power.sum())
+    assert f"below 300 Hz, the frame's band: {share:.0f} % of the RMS" in note
+    top = lines[int(np.argmax(amplitudes))]
+    assert f"undamped strings dominate near {top:.0f} Hz" in note
+    assert 400.0 < top < 500.0
+
+
+def test_energy_on_one_axis_that_stretches_the_contact(history):
+    figure = energy_figure(history)
+    for axes in figure.axes:
+        to_screen = axes.transData
+        left, turn, right = (to_screen.transform((t, 0.0))[0] for t in _turns(history))
+        assert turn - left == pytest.approx(right - turn, rel=1e-6)
+        assert "narrower beyond" in axes.get_xlabel()
+
+
+def _turns(history):
+    time, near = near_contact(history)
+    return time[0], time[near][-1], time[-1]
+
+
+def test_several_logs_over_each_other(run, log, history, tmp_path):
+    other = tmp_path / "second" / "impact.nc"
+    other.parent.mkdir()
+    louder = history.copy()
+    louder["normal_force"] = 2.0 * history["normal_force"]
+    louder["normal_force"].attrs = history["normal_force"].attrs
+    write_history(louder, other)
+    status, _, error = run("plot", log, other, "--out", tmp_path / "out")
+    assert (status, error) == (0, "")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["overlay.png"]
+    assert labels([log, other]) == [log.parent.name, "second"]
+    figure = overlay_figure({"one": history, "two": louder})
+    first, second = figure.axes[0].lines
+    assert second.get_ydata().max() == 2.0 * first.get_ydata().max()
+    hand = figure.axes[3].lines[0].get_ydata()
+    expected = np.linalg.norm(history["hand_force"].to_numpy(), axis=1)
+    np.testing.assert_array_equal(hand, expected)
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["one", "two"]
+
+
+def test_the_same_log_twice_is_refused(run, log, tmp_path):
+    status, text, error = run("plot", log, log, "--out", tmp_path / "out")
+    assert (status, text) == (2, "")
+    assert "each log once" in error
 
 
 def test_nothing_refers_to_a_file_of_the_run(history):

@@ -159,8 +159,13 @@ def test_the_ends_alone_are_those_of_the_whole_run(ran):
         return  # each run costs a second, and these two have it all
     ends = run_drake(case, system, every_sample=False)
     assert ends.motion.samples.tolist() == [0, len(trajectory) - 1]
-    for name in ("time", "state", "record", "totals", "contact"):
+    for name in ("time", "state", "record", "totals"):
         np.testing.assert_array_equal(getattr(ends, name), getattr(trajectory, name))
+    apart = np.isnan(ends.contact)
+    assert not apart[trajectory.record[:, PHASE] == CONTACT].any()
+    assert not apart[:, [0, 4, 5, 6]].any()  # the phase and the forces
+    assert apart[1, 2] == (case.scenario.time_step == 0.0)  # a gap that nobody asked for
+    np.testing.assert_array_equal(ends.contact, np.where(apart, np.nan, trajectory.contact))
     for name in ("poses", "velocities"):
         whole = getattr(trajectory.motion, name)
         np.testing.assert_allclose(

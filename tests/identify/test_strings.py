@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.search import Search
 from drake_racket.identify.report.outputs import write_string_bed
-from drake_racket.identify.report.parameter_file import Provenance, fitted_racket, write_racket
+from drake_racket.identify.report.parameter_file import Provenance, fitted_racket, write_parameters
 from drake_racket.identify.strings.restitution_table import RestitutionTable, read_restitution
 from drake_racket.identify.strings.string_bed import (
     StringBedFit,
@@ -304,7 +304,7 @@ def test_undetermined_values_are_marked(tmp_path: Path) -> None:
         "stiffness_in": Estimate(900.0, 1.0, (898.0, 902.0), "N*m/rad"),
     }
     path = tmp_path / "racket.yaml"
-    write_racket(fitted_racket(racket, found, provenance, name="mine"), path)
+    write_parameters(fitted_racket(racket, found, provenance, name="mine"), path)
     back = read_racket(path)
     assert back.name == "mine"
     own = racket.string_bed.stiffness.value

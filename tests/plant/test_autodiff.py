@@ -78,7 +78,9 @@ def rebound(system, diagram, simulator_type, root, values):
     return ball.EvalSpatialVelocityInWorld(context).translational()
 
 
-def test_derivatives_equal_central_differences():
+@pytest.fixture(scope="module")
+def exact():
+    """The Diagram, its parameters, and the derivatives of the rebound by them."""
     system = make_impact_diagram(SCENARIO)
     values = defaults(system)
     diagram = system.diagram.ToAutoDiffXd()
@@ -86,22 +88,33 @@ def test_derivatives_equal_central_differences():
     root.SetTimeStateAndParametersFrom(system.create_context(SCENARIO))
     unit = np.eye(len(values))
     seeded = [AutoDiffXd(v, row) for v, row in zip(values, unit, strict=True)]
-    exact = rebound(system, diagram, Simulator_[AutoDiffXd], root, seeded)
-    derivatives = np.array([v.derivatives() for v in exact])
+    velocity = rebound(system, diagram, Simulator_[AutoDiffXd], root, seeded)
+    return system, values, np.array([v.derivatives() for v in velocity])
 
-    for i, name in enumerate(NAMES):
-        h = 1e-4 * values[i]
-        plus, minus = (
-            rebound(
-                system,
-                system.diagram,
-                Simulator,
-                system.create_context(SCENARIO),
-                [v + sign * h * (j == i) for j, v in enumerate(values)],
-            )
-            for sign in (1.0, -1.0)
+
+# one of each part by default: ball, friction, strings, frame
+BY_DEFAULT = ("cb", "mu", "T0", "kf_out_of_plane")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=[] if n in BY_DEFAULT else [pytest.mark.slow]) for n in NAMES],
+)
+def test_derivatives_equal_central_differences(exact, name):
+    system, values, derivatives = exact
+    i = NAMES.index(name)
+    h = 1e-4 * values[i]
+    plus, minus = (
+        rebound(
+            system,
+            system.diagram,
+            Simulator,
+            system.create_context(SCENARIO),
+            [v + sign * h * (j == i) for j, v in enumerate(values)],
         )
-        difference = (plus - minus) / (2.0 * h)
-        scale = np.max(np.abs(difference))
-        assert scale * values[i] > 1e-6, name  # the case is sensitive to it
-        assert derivatives[:, i] == pytest.approx(difference, abs=1e-5 * scale), name
+        for sign in (1.0, -1.0)
+    )
+    difference = (plus - minus) / (2.0 * h)
+    scale = np.max(np.abs(difference))
+    assert scale * values[i] > 1e-6  # the case is sensitive to it
+    assert derivatives[:, i] == pytest.approx(difference, abs=1e-5 * scale)

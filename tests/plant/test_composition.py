@@ -271,3 +271,15 @@ def test_reaction_point_study(tmp_path):
         _, oblique = csv.DictReader(file)
     assert float(oblique["angular momentum error at ball"]) < 1e-6
     assert float(oblique["angular momentum error at string mass"]) > 1e-3
+
+
+@pytest.mark.slow
+def test_first_impact_as_a_page(tmp_path):
+    """The page has the bodies' shapes, and an animation of the paths that they have."""
+    out = tmp_path / "out"
+    command = [sys.executable, str(STUDIES / "first_impact.py"), "--page", "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "apparent restitution 0.409" in done.stdout
+    page = (out / "impact.html").read_text()
+    assert page.count("base64") > 100  # shapes and animation are messages inside

@@ -73,13 +73,13 @@ FAILS = Output("fails", "1", "what no run gives", fails)
 
 
 def test_processes_change_nothing():
-    axes = {"tension": ["low", "high"], "point": [2, 5, 9]}
+    axes = {"tension": ["low", "high"], "point": [2, 9]}
     outputs = (*USUAL, TWICE)
     seen: list[Progress] = []
     alone = run(axes, outputs)
     shared = run(axes, outputs, workers=2, progress=seen.append)
     assert alone.identical(shared)
-    assert (seen[-1].done, seen[-1].total) == (6, 6)
+    assert (seen[-1].done, seen[-1].total) == (4, 4)
     assert [now.done for now in seen] == sorted({now.done for now in seen})
     assert np.array_equal(alone["twice"], 2.0 * alone["rebound_speed"])
 

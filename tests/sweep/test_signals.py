@@ -96,20 +96,30 @@ def test_a_signal_leaves_what_is_finished_and_says_how_to_go_on(number, workers,
     )
 
 
-def test_a_signal_is_not_the_failure_of_a_case(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("number", "within", "raised"),
+    [
+        (signal.SIGTERM, terminable, Terminated),
+        (signal.SIGINT, terminable, KeyboardInterrupt),
+        (signal.SIGINT, contextlib.nullcontext, KeyboardInterrupt),  # called from Python
+    ],
+)
+def test_a_signal_is_not_the_failure_of_a_case(tmp_path, monkeypatch, number, within, raised):
     """Libraries turn an interrupt into an error of their own: the case has not failed by that."""
     (tmp_path / "sweep.yaml").write_text(YAML.replace("base: {", "base: {engine: drake, "))
     out = tmp_path / "out"
 
     def interrupted(*args, **kwargs):
         with contextlib.suppress(KeyboardInterrupt):
-            os.kill(os.getpid(), signal.SIGTERM)
+            os.kill(os.getpid(), number)
         raise RuntimeError("a callback failed")
 
-    monkeypatch.setattr("drake_racket.sweep.worker.simulate", interrupted)
-    with terminable(), pytest.raises(Terminated):
+    monkeypatch.setattr("drake_racket.sweep.worker._simulate", interrupted)
+    handler = signal.getsignal(signal.SIGINT)
+    with within(), pytest.raises(raised):
         run_sweep(load_sweep(tmp_path / "sweep.yaml"), out)
     assert count(out) == 0
+    assert signal.getsignal(signal.SIGINT) is handler
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
@@ -15,7 +16,7 @@ from drake_racket.cases.case import Case
 from drake_racket.cases.diagram import ImpactDiagram
 from drake_racket.cases.effort import effort, unstable
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
-from drake_racket.engines.drake.observe import Moving, Observer, State
+from drake_racket.engines.drake.observe import Observer
 from drake_racket.engines.trajectory import Trajectory
 from drake_racket.io.errors import InputError, SimulationError, one_line
 from drake_racket.io.progress import Progress, Report
@@ -60,7 +61,7 @@ def run_drake(
     root = simulator.get_mutable_context()
     configure_integrator(simulator, scenario.integrator, discrete=scenario.time_step > 0.0)
     parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
-    observer = Observer(parts)
+    observer = Observer(parts, root)
     end = scenario.approach_time + scenario.after
     recorder = _Recorder(system, observer, every_sample, _reporter(progress, end))
     simulator.set_monitor(recorder)
@@ -76,8 +77,8 @@ def run_drake(
             recorder.stop()
         steps = simulator.get_num_steps_taken()
         evaluations = simulator.get_integrator().get_num_derivative_evaluations()
-        states, moving = recorder.rows(root)
-    times, plant, record, totals, contact = (np.array(c) for c in zip(*states, strict=True))
+        states, moving = recorder.rows()
+    times, contact, plant, record, totals = observer.states(states)
     if not np.isfinite(plant).all():
         raise SimulationError(f"stopped at t = {times[-1]:.6g} s: {_why(case, None)}")
     samples = list(moving)
@@ -165,49 +166,48 @@ class _Recorder:
         self._report = report
         self._diagram, self._observer, self._every = system.diagram, observer, every_sample
         self._probe, self._discrete = system.probe, system.plant.time_step() > 0.0
-        self._states: list[State] = []
-        self._moving: dict[int, Moving] = {}
+        self._states: list[NDArray[np.float64]] = []
+        self._moving: dict[int, NDArray[np.float64]] = {}
 
     def __call__(self, root: Context) -> EventStatus:
         sample = len(self._states)
         if sample > MOST_STEPS:
             return EventStatus.Failed(self._diagram, f"more than {MOST_STEPS} steps")
-        state = self._observer.state(root)
-        self._states.append(state)
+        self._states.append(self._observer.state(in_full=self._every))
         if sample % _REPORT_EVERY == 0:
-            self._report(state.time)
+            self._report(root.get_time())
         if self._every and self._discrete:
-            self._see(sample, root)
+            self._see(sample)
         elif self._every and self._probe is not None:
-            self._probe.wanted = state.time
-            self._probe.read = lambda: self._see(sample, root)
+            self._probe.wanted, self._probe.read = root.get_time(), self._see_last
         return EventStatus.Succeeded()
 
-    def _see(self, sample: int, root: Context) -> None:
-        self._moving[sample] = self._observer.moving(root)
+    def _see(self, sample: int) -> None:
+        self._moving[sample] = self._observer.moving()
+
+    def _see_last(self) -> None:
+        self._see(len(self._states) - 1)
 
     def stop(self) -> None:
         """Ends the probe's work: the Diagram may be used again."""
         if self._probe is not None:
             self._probe.wanted, self._probe.read = math.nan, None
 
-    def rows(self, root: Context) -> tuple[list[State], dict[int, Moving]]:
+    def rows(self) -> tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]]:
         """The samples, and the motion by the number of its sample.
 
         A monitor sees a step's end before the events of that instant: the record of the next sample
         is moved back to the time of its event (forces jump at touch), and what was seen there is
         seen again.
         """
-        states, last = self._states, len(self._states) - 1
-        moved = set()
-        for i in range(last):
-            if states[i].record[PHASE] != states[i + 1].record[PHASE]:
-                states[i] = states[i]._replace(record=states[i + 1].record)
-                moved.add(i)
+        table, last = np.array(self._states), len(self._states) - 1
+        record = self._observer.states(table)[3]
+        moved = np.flatnonzero(record[:-1, PHASE] != record[1:, PHASE])
         wanted = set(range(last + 1)) if self._every else {0, last}
-        for i in sorted(moved | (wanted - set(self._moving))):
-            self._observer.set_state(root, states[i])
-            states[i] = self._observer.state(root)
+        record[moved] = record[moved + 1]
+        for i in sorted({*moved.tolist()} | (wanted - set(self._moving))):
+            self._observer.set_state(table[i])
+            table[i] = self._observer.state()
             if i in wanted:
-                self._moving[i] = self._observer.moving(root)
-        return states, dict(sorted(self._moving.items()))
+                self._see(i)
+        return table, dict(sorted(self._moving.items()))

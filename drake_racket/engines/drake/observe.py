@@ -1,9 +1,11 @@
-"""Reads what one instant of a Drake simulation shows: a row of a trajectory's arrays."""
+"""Reads what one instant of a Drake simulation shows: rows of a trajectory's arrays.
+
+A row is one flat array of floats: thousands of small objects would keep Python's collector busy.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,117 +14,120 @@ from pydrake.systems.framework import Context
 
 from drake_racket.engines.drake.mechanism import Parts
 from drake_racket.engines.trajectory import Motion
+from drake_racket.laws.contact import CONTACT
+from drake_racket.laws.phases import PHASE
 from drake_racket.laws.totals import TOTALS
 
 Array = NDArray[np.float64]
 
 
-class State(NamedTuple):
-    """Says what every sample has."""
-
-    time: float
-    plant: Array
-    record: Array
-    totals: Array
-    contact: Array
-
-
-class Moving(NamedTuple):
-    """Says how the bodies move at one sample, and what loads the hand and the limb."""
-
-    poses: list[Array]
-    velocities: list[Array]
-    handle_acceleration: Array
-    hand_load: Array | None
-    joint_torque: Array | None
-    joint_reaction: list[Array] | None
-
-
 class Observer:
-    """Reads instants of one Diagram's Context."""
+    """Reads instants of one Context.
 
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        plant, limb = parts.plant, parts.limb
-        self._plant, self._contact = plant, parts.impact.contact
+    Args:
+        parts: what takes part.
+        root: the Context of the Diagram that holds them.
+
+    """
+
+    def __init__(self, parts: Parts, root: Context) -> None:
+        self._parts, self._root = parts, root
+        plant, limb, contact = parts.plant, parts.limb, parts.impact.contact
+        assert contact is not None
+        self._plant, self._context = plant, plant.GetMyMutableContextFromRoot(root)
         self._discrete = plant.time_step() > 0.0
-        self._contact_port = self._contact.GetOutputPort("contact_state")  # type: ignore[union-attr]
-        racket, context = parts.impact.racket, plant.CreateDefaultContext()
-        # the string masses follow from the head, and nothing hangs on a massless link of the racket
-        left_out = {int(body.index()) for body in racket.string_masses} | {
-            int(body.index()) for body in racket.bodies() if body.get_mass(context) == 0.0
-        }
-        bodies = [plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())]
-        self._bodies = [body for body in bodies if int(body.index()) not in left_out]
+        self._ball_contact, self._contact = contact, contact.GetMyMutableContextFromRoot(root)
+        meters = [parts.meter, None if limb is None else limb.energy]
+        self._meters = [m.GetMyMutableContextFromRoot(root) for m in meters if m is not None]
+        self._no_totals = np.full(0 if parts.meter is not None else TOTALS, math.nan)
+        racket = parts.impact.racket
+        bodies = {i: plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())}
+        heavy = {i for i, body in bodies.items() if body.get_mass(self._context) > 0.0}
+        # not to be read: the string masses follow from the head, what floats is in the state, and
+        # nothing hangs on a massless link of the racket
+        left_out = {int(body.index()) for body in racket.bodies()} - heavy
+        left_out |= {int(body.index()) for body in racket.string_masses}
+        assert parts.impact.ball is not None
+        floating = racket.handle, parts.impact.ball.body
+        self._floating = [body for body in floating if body.has_quaternion_dofs()]
+        left_out |= {int(body.index()) for body in self._floating}
+        self._placed = {i: body for i, body in bodies.items() if i not in left_out}
+        self._moving = {i: body for i, body in self._placed.items() if i in heavy}
         if parts.grip_load is not None:
+            self._grip_load = parts.grip_load.GetMyContextFromRoot(root)
             self._load_port = parts.grip_load.GetOutputPort("hand_load")
         if limb is not None:
+            self._selector = limb.torques.selector.GetMyContextFromRoot(root)
             self._torques = limb.torques.selector.get_input_port()
             order = [int(i) for i in plant.GetJointIndices()]
             self._joints = [order.index(int(j.index())) for j in limb.limb.joints]
             self._counts = [j.num_velocities() for j in limb.limb.joints]
 
-    def state(self, root: Context) -> State:
-        """Reads time, state and contact."""
-        parts = self._parts
-        contact = self._contact.GetMyContextFromRoot(root)  # type: ignore[union-attr]
-        totals: Array = np.full(TOTALS, math.nan)
-        if parts.meter is not None:
-            meter = parts.meter.GetMyContextFromRoot(root)
-            totals = meter.get_continuous_state_vector().CopyToVector()
-        if parts.limb is not None and parts.limb.energy is not None:
-            energy = parts.limb.energy.GetMyContextFromRoot(root)
-            totals = np.append(totals, energy.get_continuous_state_vector().CopyToVector())
-        return State(
-            root.get_time(),
-            self._plant.GetPositionsAndVelocities(self._plant.GetMyContextFromRoot(root)).copy(),
-            contact.get_discrete_state_vector().CopyToVector(),
-            totals,
-            self._contact_port.Eval(contact).copy(),
-        )
+    def state(self, *, in_full: bool = True) -> Array:
+        """Reads time, state and contact: a row for `states`.
 
-    def set_state(self, root: Context, state: State) -> None:
-        """Writes a sample back, so that any output can be evaluated there."""
-        parts = self._parts
-        root.SetTime(state.time)
-        context = self._plant.GetMyMutableContextFromRoot(root)
-        self._plant.SetPositionsAndVelocities(context, state.plant)
-        self._contact.GetMyMutableContextFromRoot(root).SetDiscreteState(state.record)  # type: ignore[union-attr]
-        if parts.meter is not None:
-            parts.meter.GetMyMutableContextFromRoot(root).SetContinuousState(state.totals[:TOTALS])
-        if parts.limb is not None and parts.limb.energy is not None:
-            energy = parts.limb.energy.GetMyMutableContextFromRoot(root)
-            energy.SetContinuousState(state.totals[TOTALS:])
+        Args:
+            in_full: what the ball does before and after contact too; else only its phase then.
 
-    def moving(self, root: Context) -> Moving:
-        """Gives the poses and velocities of all bodies but the string masses; and loads."""
-        parts, context = self._parts, self._plant.GetMyContextFromRoot(root)
-        poses = [body.EvalPoseInWorld(context).GetAsMatrix34() for body in self._bodies]
-        velocities = [
-            body.EvalSpatialVelocityInWorld(context).get_coeffs() for body in self._bodies
+        """
+        record = self._contact.get_discrete_state_vector().CopyToVector()
+        if in_full or self._discrete or record[PHASE] == CONTACT:
+            contact = self._ball_contact.contact_numbers(self._contact, record.copy())
+        else:
+            contact = [record[PHASE], *_APART]
+        plant = self._plant.GetPositionsAndVelocities(self._context)
+        meters = [m.get_continuous_state_vector().CopyToVector() for m in self._meters]
+        time = [self._root.get_time()]
+        return np.concatenate([time, contact, plant, record, self._no_totals, *meters])
+
+    def states(self, rows: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Gives time, contact, state, record and totals of rows (n, k) or of one row (k,)."""
+        sizes = [
+            1,
+            len(_APART) + 1,
+            self._plant.num_multibody_states(),
+            self._contact.get_discrete_state_vector().size(),
         ]
-        acceleration = _UNKNOWN  # a discrete plant has none at an instant
-        if not self._discrete:
-            handle = parts.impact.racket.handle
-            acceleration = handle.EvalSpatialAccelerationInWorld(context).get_coeffs()
-        load = torque = reaction = None
-        if parts.grip_load is not None:
-            system = parts.grip_load
-            load = self._load_port.Eval(system.GetMyContextFromRoot(root)).copy()
-        if parts.limb is not None:
-            selector = parts.limb.torques.selector
-            torque = self._torques.Eval(selector.GetMyContextFromRoot(root)).copy()
-            reaction = self._reactions(context)
-        return Moving(poses, velocities, acceleration, load, torque, reaction)
+        time, contact, plant, record, totals = np.split(rows, np.cumsum(sizes), axis=-1)
+        return time[..., 0], contact, plant, record, totals
 
-    def _reactions(self, context: Context) -> list[Array]:
-        """The reaction forces (N) of the limb's joints."""
+    def set_state(self, row: Array) -> None:
+        """Writes a row of `state` back, so that any output can be evaluated there."""
+        time, _, plant, record, totals = self.states(row)
+        self._root.SetTime(float(time))
+        self._plant.SetPositionsAndVelocities(self._context, plant)
+        self._contact.SetDiscreteState(record)
+        for meter in reversed(self._meters):
+            size = meter.num_continuous_states()
+            totals, own = totals[:-size], totals[-size:]
+            meter.SetContinuousState(own)
+
+    def moving(self) -> Array:
+        """Reads poses, velocities and loads that are not in the state: a row for `motion`.
+
+        On a discrete plant accelerations and reactions are NaN: it has none at an instant.
+        """
+        parts, context = self._parts, self._context
+        moving = self._moving.values()
+        row = [body.EvalPoseInWorld(context).GetAsMatrix34() for body in self._placed.values()]
+        row += [body.EvalSpatialVelocityInWorld(context).get_coeffs() for body in moving]
         if self._discrete:
-            return [_UNKNOWN[:3]] * len(self._joints)
-        forces = self._plant.get_reaction_forces_output_port().Eval(context)
-        return [forces[i].translational() for i in self._joints]
+            row.append(_UNKNOWN)
+        else:
+            handle = parts.impact.racket.handle
+            row.append(handle.EvalSpatialAccelerationInWorld(context).get_coeffs())
+        if parts.grip_load is not None:
+            row.append(self._load_port.Eval(self._grip_load))
+        if parts.limb is not None:
+            row.append(self._torques.Eval(self._selector))
+            if self._discrete:
+                row += [_UNKNOWN[:3]] * len(self._joints)
+            else:
+                forces = self._plant.get_reaction_forces_output_port().Eval(context)
+                row += [forces[i].translational() for i in self._joints]
+        return np.concatenate(row, axis=None)
 
-    def motion(self, samples: list[int], rows: list[Moving], state: Array) -> Motion:
+    def motion(self, samples: list[int], rows: list[Array], state: Array) -> Motion:
         """Gives the arrays of a trajectory's motion.
 
         Args:
@@ -131,26 +136,44 @@ class Observer:
             state: (m, nq + nv) the plant's at these samples.
 
         """
-        count, bodies = len(samples), [int(body.index()) for body in self._bodies]
+        table, count = np.array(rows), len(samples)
+        placed, moving = list(self._placed), list(self._moving)
         shape = count, self._plant.num_bodies()
         poses, velocities = np.zeros((*shape, 3, 4)), np.zeros((*shape, 6))
         poses[:, :, :, :3] = np.eye(3)
-        poses[:, bodies] = np.array([row.poses for row in rows])
-        velocities[:, bodies] = np.array([row.velocities for row in rows])
-        self._add_strings(poses, velocities, state)
-        reaction = None
-        if rows[0].joint_reaction is not None:
-            forces = np.linalg.norm(np.array([row.joint_reaction for row in rows]), axis=2)
-            reaction = np.repeat(forces, self._counts, axis=1)
-        return Motion(
-            samples=np.array(samples),
-            poses=poses,
-            velocities=velocities,
-            handle_acceleration=np.array([row.handle_acceleration for row in rows]),
-            hand_load=_stack([row.hand_load for row in rows]),
-            joint_torque=_stack([row.joint_torque for row in rows]),
-            joint_reaction=reaction,
+        places, speeds, acceleration, rest = np.split(
+            table, np.cumsum([12 * len(placed), 6 * len(moving), 6]), axis=1
         )
+        poses[:, placed] = places.reshape(count, -1, 3, 4)
+        velocities[:, moving] = speeds.reshape(count, -1, 6)
+        self._add_floating(poses, velocities, state)
+        self._add_strings(poses, velocities, state)
+        load = torque = reaction = None
+        if self._parts.grip_load is not None:
+            load, rest = rest[:, :6], rest[:, 6:]
+        if self._parts.limb is not None:
+            torque, forces = np.split(rest, [sum(self._counts)], axis=1)
+            size = np.linalg.norm(forces.reshape(count, -1, 3), axis=2)
+            reaction = np.repeat(size, self._counts, axis=1)
+        return Motion(np.array(samples), poses, velocities, acceleration, load, torque, reaction)
+
+    def _add_floating(self, poses: Array, velocities: Array, state: Array) -> None:
+        """The bodies that float in the world; rotations as Drake's `RotationMatrix` makes them."""
+        first = self._plant.num_positions()
+        for body in self._floating:
+            i, at = int(body.index()), body.floating_positions_start()
+            speeds = first + body.floating_velocities_start_in_v()
+            w, x, y, z = state[:, at : at + 4].T
+            twice = 2.0 / ((x * x + z * z) + (y * y + w * w))
+            sx, sy, sz = twice * x, twice * y, twice * z
+            rows = [
+                [1.0 - sy * y - sz * z, sy * x - sz * w, sz * x + sy * w],
+                [sy * x + sz * w, 1.0 - sx * x - sz * z, sz * y - sx * w],
+                [sz * x - sy * w, sz * y + sx * w, 1.0 - sx * x - sy * y],
+            ]
+            poses[:, i, :, :3] = np.moveaxis(np.array(rows), -1, 0)
+            poses[:, i, :, 3] = state[:, at + 4 : at + 7]
+            velocities[:, i] = state[:, speeds : speeds + 6]
 
     def _add_strings(self, poses: Array, velocities: Array, state: Array) -> None:
         """The string masses: each slides along the head's z from its place at rest."""
@@ -170,7 +193,4 @@ class Observer:
 
 
 _UNKNOWN: Array = np.full(6, math.nan)
-
-
-def _stack(values: list[Array | None]) -> Array | None:
-    return None if values[0] is None else np.array(values)
+_APART = [math.nan] * 3 + [0.0] * 3 + [math.nan] * 2  # of a contact after its phase: no force

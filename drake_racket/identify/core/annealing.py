@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import hashlib
-import time
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy import optimize
 
-from drake_racket.identify.core.assemble import StartOutcome, make_result
-from drake_racket.identify.core.checkpoint import prepare_directory
+from drake_racket.identify.core.assemble import StartOutcome
 from drake_racket.identify.core.evaluator import Evaluator
 from drake_racket.identify.core.least_squares import Descent
-from drake_racket.identify.core.problem import Array, Problem, Scale, check_count, check_problem
+from drake_racket.identify.core.problem import Array, Problem, Scale, check_count
 from drake_racket.identify.core.result import FitResult
-from drake_racket.identify.core.starts import (
-    Start,
-    Tell,
-    random_keyword,
-    run_starts,
-    start_points,
-)
+from drake_racket.identify.core.starts import Start, Starts, Tell, random_keyword
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Report
 
@@ -81,34 +74,18 @@ def anneal(
 
     """
     checkpoint = None if checkpoint is None else Path(checkpoint)
-    began = time.monotonic()
-    check_problem(problem)
-    for key, value, least in (("starts", starts, 1), ("seed", seed, 0), ("workers", workers, 1)):
-        check_count(key, value, least)
     check_count("max_evaluations", max_evaluations, 1)
     check_temperature("temperature", temperature)
-    prepare_directory(checkpoint)
-    chains = [
-        Chain(
-            problem=problem,
-            number=number,
-            point=point,
-            checkpoint=None if checkpoint is None else checkpoint / f"chain_{number:02d}.sqlite",
-            seed=seed,
-            temperature=temperature,
-            max_evaluations=max_evaluations,
-            polish=polish,
-        )
-        for number, point in enumerate(start_points(problem, starts, seed))
-    ]
-    return make_result(
-        problem,
-        run_starts(chains, workers, progress),
-        method="simulated annealing" + (" and least squares" if polish else ""),
+    kind = partial(
+        Chain,
         seed=seed,
-        seconds=time.monotonic() - began,
-        rescale=rescale_sigma,
+        temperature=temperature,
+        max_evaluations=max_evaluations,
+        polish=polish,
     )
+    method = "simulated annealing" + (" and least squares" if polish else "")
+    several = Starts(starts, seed, workers, checkpoint, progress, rescale_sigma)
+    return several.run(problem, kind, method, "chain")
 
 
 def check_temperature(key: str, temperature: float) -> None:

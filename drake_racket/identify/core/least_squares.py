@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy import optimize
 
-from drake_racket.identify.core.assemble import StartOutcome, make_result
-from drake_racket.identify.core.checkpoint import prepare_directory
+from drake_racket.identify.core.assemble import StartOutcome
 from drake_racket.identify.core.evaluator import Evaluator
-from drake_racket.identify.core.problem import Array, Problem, check_count, check_problem
+from drake_racket.identify.core.problem import Array, Problem, check_count
 from drake_racket.identify.core.result import FitResult
-from drake_racket.identify.core.starts import Start, Tell, run_starts, start_points
+from drake_racket.identify.core.starts import Start, Starts, Tell
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Report
 
@@ -54,33 +53,12 @@ def fit(
 
     """
     checkpoint = None if checkpoint is None else Path(checkpoint)
-    began = time.monotonic()
-    check_problem(problem)
-    for key, value, least in (("starts", starts, 1), ("seed", seed, 0), ("workers", workers, 1)):
-        check_count(key, value, least)
     check_count("max_evaluations", max_evaluations, 1)
     if not 1e-15 <= tolerance < 1.0:
         raise InputError("tolerance", tolerance, "from 1e-15 to below 1")
-    prepare_directory(checkpoint)
-    tasks = [
-        Descent(
-            problem=problem,
-            number=number,
-            point=point,
-            tolerance=tolerance,
-            max_evaluations=max_evaluations,
-            checkpoint=None if checkpoint is None else checkpoint / f"start_{number:02d}.sqlite",
-        )
-        for number, point in enumerate(start_points(problem, starts, seed))
-    ]
-    return make_result(
-        problem,
-        run_starts(tasks, workers, progress),
-        method="least squares",
-        seed=seed,
-        seconds=time.monotonic() - began,
-        rescale=rescale_sigma,
-    )
+    kind = partial(Descent, tolerance=tolerance, max_evaluations=max_evaluations)
+    several = Starts(starts, seed, workers, checkpoint, progress, rescale_sigma)
+    return several.run(problem, kind, "least squares", "start")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from drake_racket.identify.core.problem import Array, Parameter
 from drake_racket.io.errors import InputError
+from drake_racket.io.numbers import json_text
 from drake_racket.io.units import labelled
 
 if TYPE_CHECKING:
@@ -201,55 +201,19 @@ class FitResult:
 
     def to_json(self) -> str:
         """Gives the result as JSON text; null stands for what is not finite."""
-        intervals, errors = self.confidence_intervals, self.standard_errors
-        content = {
-            "title": self.title,
-            "method": self.method,
-            "parameters": [
-                {
-                    "name": p.name,
-                    "unit": p.unit,
-                    "estimate": self.estimates[i],
-                    "standard_error": errors[i],
-                    "confidence_interval_95": intervals[i],
-                    "bounds": (p.lower, p.upper),
-                    "start": p.start,
-                }
-                for i, p in enumerate(self.parameters)
-            ],
-            "covariance": self.covariance,
-            "correlation": self.correlation,
-            "rms": self.rms,
-            "residual_unit": self.residual_unit,
-            "residuals": self.residuals,
-            "sigma": self.sigma,
-            "sigma_rescaled": self.rescaled,
-            "residual_sigma": self.residual_sigma,
-            "degrees_of_freedom": self.degrees_of_freedom,
-            "undetermined": self.undetermined,
-            "undetermined_parameters": self.undetermined_parameters,
-            "at_bounds": self.at_bounds,
-            "convergence": [vars(record) for record in self.convergence],
-            "evaluations": self.evaluations,
-            "seconds": self.seconds,
-            "seed": self.seed,
-            "fingerprint": self.fingerprint,
-            "versions": dict(self.versions),
-            "warnings": self.warnings,
-        }
-        return json.dumps(_plain(content), indent=1, allow_nan=False) + "\n"
-
-
-def _plain(value: Any) -> Any:
-    """`value` in JSON's own types; None for a number that is not finite."""
-    if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
+        apart = ("parameters", "estimates", "confidence_intervals", "rescaled")
+        content = {name: value for name, value in vars(self).items() if name not in apart}
+        content |= {"correlation": self.correlation, "sigma_rescaled": self.rescaled}
+        content["parameters"] = [
+            {
+                "name": p.name,
+                "unit": p.unit,
+                "estimate": self.estimates[i],
+                "standard_error": self.standard_errors[i],
+                "confidence_interval_95": self.confidence_intervals[i],
+                "bounds": (p.lower, p.upper),
+                "start": p.start,
+            }
+            for i, p in enumerate(self.parameters)
+        ]
+        return json_text(content)

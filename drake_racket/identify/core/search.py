@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -72,37 +73,25 @@ def search(
         InputError: as `least_squares.fit` and `annealing.anneal`.
 
     """
+    method: Callable[..., FitResult] = partial(fit, tolerance=options.tolerance)
+    if options.method == "annealing":
+        method = partial(
+            anneal,
+            max_evaluations=options.evaluations,
+            temperature=options.temperature,
+            polish=options.polish,
+        )
     # a step where no parameter has any effect is 0 / 0; the result says what is undetermined
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _search(problem, options, checkpoint, progress)
-
-
-def _search(
-    problem: Problem, options: Search, checkpoint: Path | None, progress: Report | None
-) -> FitResult:
-    if options.method == "annealing":
-        return anneal(
+        return method(
             problem,
             starts=options.starts,
             seed=options.seed,
             workers=options.workers,
-            max_evaluations=options.evaluations,
-            temperature=options.temperature,
             checkpoint=checkpoint,
             progress=progress,
-            polish=options.polish,
             rescale_sigma=options.rescale and problem.sigma is not None,
         )
-    return fit(
-        problem,
-        starts=options.starts,
-        seed=options.seed,
-        workers=options.workers,
-        checkpoint=checkpoint,
-        progress=progress,
-        tolerance=options.tolerance,
-        rescale_sigma=options.rescale and problem.sigma is not None,
-    )
 
 
 def estimates(

@@ -16,11 +16,21 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.stats import qmc
 
-from drake_racket.identify.core.assemble import StartOutcome
-from drake_racket.identify.core.checkpoint import Checkpoint, checkpoint_header
+from drake_racket.identify.core.assemble import StartOutcome, make_result
+from drake_racket.identify.core.checkpoint import (
+    Checkpoint,
+    checkpoint_header,
+    prepare_directory,
+)
 from drake_racket.identify.core.evaluator import Evaluator
-from drake_racket.identify.core.problem import Array, Problem, Scale
-from drake_racket.identify.core.result import StartRecord
+from drake_racket.identify.core.problem import (
+    Array,
+    Problem,
+    Scale,
+    check_count,
+    check_problem,
+)
+from drake_racket.identify.core.result import FitResult, StartRecord
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Progress, Report
 from drake_racket.pool import leave_if_imported_again, run_in_processes
@@ -67,33 +77,82 @@ class Start(ABC):
 
         """
         x, residuals, jacobian = evaluator.best()
-        record = StartRecord(
-            number=self.number,
-            start=evaluator.scale.from_unit(self.point),
-            estimates=x,
-            cost=evaluator.best_cost,
-            rms=evaluator.best_rms,
-            evaluations=evaluator.evaluations,
-            converged=converged,
-            status=status,
-            history=np.array(evaluator.history),
-        )
-        return StartOutcome(record, residuals, jacobian)
+        best = x, evaluator.best_cost, evaluator.best_rms
+        return StartOutcome(self._record(evaluator, best, status, converged), residuals, jacobian)
 
     def failed(self, evaluator: Evaluator, status: str) -> StartOutcome:
         """Gives the outcome of a start that led nowhere."""
-        record = StartRecord(
+        nowhere = np.full(len(self.point), np.nan), np.inf, np.nan
+        record = self._record(evaluator, nowhere, status, False)
+        return StartOutcome(record, np.empty(0), np.empty((0, len(self.point))))
+
+    def _record(
+        self, evaluator: Evaluator, end: tuple[Array, float, float], status: str, converged: bool
+    ) -> StartRecord:
+        x, cost, rms = end
+        return StartRecord(
             number=self.number,
             start=evaluator.scale.from_unit(self.point),
-            estimates=np.full(len(self.point), np.nan),
-            cost=np.inf,
-            rms=np.nan,
+            estimates=x,
+            cost=cost,
+            rms=rms,
             evaluations=evaluator.evaluations,
-            converged=False,
+            converged=converged,
             status=status,
             history=np.array(evaluator.history).reshape(-1, 2),
         )
-        return StartOutcome(record, np.empty(0), np.empty((0, len(self.point))))
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Says how many starts a search has, where they begin, and who runs them; see `fit`."""
+
+    count: int
+    seed: int
+    workers: int
+    checkpoint: Path | None
+    progress: Report | None
+    rescale_sigma: bool
+
+    def run(
+        self, problem: Problem, kind: Callable[..., Start], method: str, file: str
+    ) -> FitResult:
+        """Runs all starts; the result is that of the best.
+
+        Args:
+            kind: makes a start of problem, number, point and checkpoint.
+            method: in words.
+            file: how the names of the starts' checkpoints begin.
+
+        Raises:
+            InputError: a problem that cannot be fitted, bad options, or another run's checkpoint.
+
+        """
+        began, place = time.monotonic(), self.checkpoint
+        check_problem(problem)
+        check_count("starts", self.count, 1)
+        check_count("seed", self.seed, 0)
+        check_count("workers", self.workers, 1)
+        prepare_directory(place)
+        tasks = [
+            kind(
+                problem=problem,
+                number=number,
+                point=point,
+                checkpoint=None if place is None else place / f"{file}_{number:02d}.sqlite",
+            )
+            for number, point in enumerate(start_points(problem, self.count, self.seed))
+        ]
+        outcomes = run_starts(tasks, self.workers, self.progress)
+        seconds = time.monotonic() - began
+        return make_result(
+            problem,
+            outcomes,
+            method=method,
+            seed=self.seed,
+            seconds=seconds,
+            rescale=self.rescale_sigma,
+        )
 
 
 def start_points(problem: Problem, starts: int, seed: int) -> list[Array]:

@@ -17,17 +17,20 @@ from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.result import FitResult
 from drake_racket.identify.frame.fit import FrameFit
 from drake_racket.identify.report.ball_figures import ball_fit_figure
+from drake_racket.identify.report.directory import (
+    estimates_table,
+    markdown_table,
+    warnings_section,
+    write_fit,
+)
 from drake_racket.identify.report.frame_figures import frame_fit_figure
-from drake_racket.identify.report.outputs import estimates_table, markdown_table, warnings_section
 from drake_racket.identify.report.parameter_file import (
     Provenance,
     fitted_ball,
     fitted_racket,
     hash_files,
-    write_ball,
-    write_racket,
 )
-from drake_racket.io.files import write_figure, write_netcdf, write_table, write_text
+from drake_racket.io.numbers import json_text
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
 
@@ -66,15 +69,16 @@ def write_ball_fit(
         rms=f"{fit.rms:.3g} N",
     )
     found = fit.fields()
-    out.mkdir(parents=True, exist_ok=True)
-    write_ball(fitted_ball(ball, found, provenance, name=name), out / "ball.yaml")
     results = {f"{g.speed:.4g} m/s": g.result for g in fit.groups}
-    _write_results(results, found, fit.warnings, provenance, out)
     dataset = fit.to_dataset()
-    write_netcdf(dataset, out / "result.nc")
-    write_table(dataset, out / "speeds.csv")
-    write_table(_force_residuals(fit), out / "residuals.csv")
-    write_figure(ball_fit_figure(fit, ball.title), out / "ball.png")
+    files = {
+        "ball.yaml": fitted_ball(ball, found, provenance, name=name),
+        "result.json": _results(results, found, fit.warnings, provenance),
+        "result.nc": dataset,
+        "speeds.csv": dataset,
+        "residuals.csv": _force_residuals(fit),
+        "ball.png": ball_fit_figure(fit, ball.title),
+    }
     rows = [
         (
             f"{g.speed:.4g}",
@@ -86,19 +90,13 @@ def write_ball_fit(
         for g in fit.groups
     ]
     header = ("speed (m/s)", "impacts", "kb (N/m)", "cb (N s/m)", "RMS (N)")
-    texts = [
-        f"# {ball.title}, fitted",
-        _head(provenance),
-        "## Estimates",
+    sections = [
         estimates_table(found),
         *warnings_section(fit.warnings),
         "## By speed (± one standard error)",
         markdown_table(header, rows),
-        "![ball](ball.png)",
     ]
-    write_text("\n\n".join(texts) + "\n", out / "report.md")
-    names = ("ball.yaml", "result.json", "result.nc", "speeds.csv", "residuals.csv", "ball.png")
-    return [out / n for n in (*names, "report.md")]
+    return write_fit(out, f"{ball.title}, fitted", provenance, files, sections)
 
 
 def write_frame_fit(
@@ -133,16 +131,16 @@ def write_frame_fit(
     )
     found = {name: e for fit in fits.values() for name, e in fit.fields().items()}
     warnings = [f"{d.replace('_', ' ')}: {text}" for d, f in fits.items() for text in f.warnings]
-    out.mkdir(parents=True, exist_ok=True)
-    write_racket(fitted_racket(racket, found, provenance, name=name), out / "racket.yaml")
-    _write_results({d: f.result for d, f in fits.items()}, found, warnings, provenance, out)
-    paths = [out / "racket.yaml", out / "result.json"]
+    results = {d: f.result for d, f in fits.items()}
+    written: dict[str, Any] = {
+        "racket.yaml": fitted_racket(racket, found, provenance, name=name),
+        "result.json": _results(results, found, warnings, provenance),
+    }
     datasets = {direction: fit.to_dataset() for direction, fit in fits.items()}
     for direction, dataset in datasets.items():
-        paths += [out / f"{direction}.nc", out / f"residuals_{direction}.csv"]
-        write_netcdf(dataset, paths[-2])
-        write_table(_acceleration_residuals(dataset), paths[-1])
-    write_figure(frame_fit_figure(datasets, racket.title), out / "frame.png")
+        written[f"{direction}.nc"] = dataset
+        written[f"residuals_{direction}.csv"] = _acceleration_residuals(dataset)
+    written["frame.png"] = frame_fit_figure(datasets, racket.title)
     rows = [
         (
             d.replace("_", " "),
@@ -162,51 +160,24 @@ def write_frame_fit(
         "RMS, whole record (m/s²)",
         "RMS, ringing (m/s²)",
     )
-    texts = [
-        f"# {racket.title}, frame fitted",
-        _head(provenance),
-        "## Estimates",
-        markdown_table(header, rows),
-        *warnings_section(warnings),
-        "![frame](frame.png)",
-    ]
-    write_text("\n\n".join(texts) + "\n", out / "report.md")
-    return [*paths, out / "frame.png", out / "report.md"]
+    sections = [markdown_table(header, rows), *warnings_section(warnings)]
+    return write_fit(out, f"{racket.title}, frame fitted", provenance, written, sections)
 
 
-def _head(provenance: Provenance) -> str:
-    return (
-        f"Data: `{provenance.data}`, sha256 `{provenance.sha256}`. Fitted on {provenance.date} by "
-        f"{provenance.method}. RMS difference {provenance.rms}."
-    )
-
-
-def _write_results(
+def _results(
     results: Mapping[str, FitResult],
     found: Mapping[str, Estimate],
     warnings: Sequence[str],
     provenance: Provenance,
-    out: Path,
-) -> None:
-    """All fits of a run as one JSON file."""
-    content: dict[str, Any] = {
-        "data": vars(provenance),
-        "estimates": {name: vars(e) for name, e in found.items()},
-        "warnings": list(warnings),
+) -> str:
+    """All fits of a run as one JSON text."""
+    content = {
+        "data": provenance,
+        "estimates": found,
+        "warnings": warnings,
         "fits": {key: json.loads(result.to_json()) for key, result in results.items()},
     }
-    write_text(json.dumps(_finite(content), indent=1, allow_nan=False) + "\n", out / "result.json")
-
-
-def _finite(value: Any) -> Any:
-    """The same with None for numbers that are not finite, which JSON does not have."""
-    if isinstance(value, Mapping):
-        return {key: _finite(v) for key, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(v) for v in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value
+    return json_text(content)
 
 
 def _force_residuals(fit: BallFit) -> xarray.Dataset:

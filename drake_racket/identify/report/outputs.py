@@ -1,6 +1,6 @@
-"""Writes what a fit leaves: parameter file, result, residuals, figures and a report.
+"""Writes what a fit to impacts on the clamped head leaves.
 
-racket.yaml or ball.yaml    the racket or ball with the fitted values (`parameter_file`)
+racket.yaml                 the racket with the fitted values (`parameter_file`)
 result.json, result.nc      estimates, covariance, intervals, residuals, convergence
 residuals.csv               one row per measured value
 report.md, *.png            the report and its figures
@@ -8,22 +8,19 @@ report.md, *.png            the report and its figures
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.result import FitResult
-from drake_racket.identify.core.search import unit_text
-from drake_racket.identify.report.figures import correlation_figure, residual_figure, starts_figure
-from drake_racket.identify.report.parameter_file import (
-    Provenance,
-    fitted_racket,
-    interval_text,
-    write_racket,
+from drake_racket.identify.report.directory import (
+    estimates_table,
+    markdown_table,
+    warnings_section,
+    write_fit,
 )
+from drake_racket.identify.report.figures import correlation_figure, residual_figure, starts_figure
+from drake_racket.identify.report.parameter_file import Provenance, fitted_racket
 from drake_racket.identify.report.string_figures import (
     angle_fit_figure,
     estimates_figure,
@@ -31,7 +28,7 @@ from drake_racket.identify.report.string_figures import (
 )
 from drake_racket.identify.strings.friction import FrictionFit
 from drake_racket.identify.strings.string_bed import StringBedFit
-from drake_racket.io.files import write_figure, write_netcdf, write_table, write_text
+from drake_racket.parameters.racket import RacketParameters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,7 +120,7 @@ def _provenance(fit: StringBedFit | FrictionFit, date: str, rms: str) -> Provena
 
 def _write(
     fit: StringBedFit | FrictionFit,
-    racket: Any,
+    racket: RacketParameters,
     provenance: Provenance,
     out: Path,
     figures: dict[str, Figure],
@@ -132,65 +129,33 @@ def _write(
     scale: float,
     unit: str,
 ) -> list[Path]:
-    """Everything in the directory; the report last, so that it stands for a whole set."""
     result, start = fit.result, {p.name: p.start for p in fit.result.parameters}
     figures["estimates"] = estimates_figure(fit.estimates, start, title=result.title)
     if len(start) > 1:
         figures["correlation"] = correlation_figure(result)
     figures["convergence"] = starts_figure(result, scale=scale, unit=unit)
-    out.mkdir(parents=True, exist_ok=True)
-    write_racket(racket, out / "racket.yaml")
-    write_text(result.to_json(), out / "result.json")
     dataset = fit.to_dataset()
-    write_netcdf(dataset, out / "result.nc")
     columns = [n for n, v in dataset.data_vars.items() if v.dims == ("measurement",)]
     rows = dataset[columns].drop_dims(
         [d for d in dataset.dims if d != "measurement"], errors="ignore"
     )
-    write_table(rows, out / "residuals.csv")
-    paths = [out / n for n in ("racket.yaml", "result.json", "result.nc", "residuals.csv")]
-    for name, figure in figures.items():
-        paths.append(out / f"{name}.png")
-        write_figure(figure, paths[-1])
-    kind = "likelihood profile" if fit.profiled else "linearised"
-    texts = [
-        f"# {fit.problem.racket.title}: {', '.join(fit.estimates)}",
-        f"Data: `{provenance.data}`, sha256 `{provenance.sha256}`. Fitted on {provenance.date} by "
-        f"{provenance.method}. RMS difference {provenance.rms} over {len(result.residuals)} "
-        f"measured values. Intervals: 95 %, {kind}.",
-        "## Estimates",
+    files = {
+        "racket.yaml": racket,
+        "result.json": result.to_json(),
+        "result.nc": dataset,
+        "residuals.csv": rows,
+        **{f"{name}.png": figure for name, figure in figures.items()},
+    }
+    sections = [
         estimates_table(fit.estimates, result),
         *warnings_section(fit.warnings),
         *extra,
         *convergence_section(result, scale, unit),
-        *(f"![{name.replace('_', ' ')}]({name}.png)" for name in figures),
     ]
-    write_text("\n\n".join(texts) + "\n", out / "report.md")
-    return [*paths, out / "report.md"]
-
-
-def estimates_table(found: Mapping[str, Estimate], result: FitResult | None = None) -> str:
-    """Tabulates value, standard error, interval; start and bounds where the result is given."""
-    header = ["parameter", "unit", "estimate", "standard error", "95 % interval"]
-    rows = []
-    parameters = {} if result is None else {p.name: p for p in result.parameters}
-    for name, e in found.items():
-        text = interval_text(e).replace("95 % interval ", "").removesuffix(unit_text(e.unit))
-        error = f"{e.standard_error:.3g}" if np.isfinite(e.standard_error) else "none"
-        row = [name, e.unit, f"{e.value:.6g}", error, text]
-        if name in parameters:
-            p = parameters[name]
-            row += [f"{p.start:.6g}", f"{p.lower:.4g} to {p.upper:.4g}"]
-        rows.append(row)
-    if parameters:
-        header += ["start", "bounds"]
-    return markdown_table(header, rows)
-
-
-def warnings_section(warnings: Iterable[str]) -> list[str]:
-    """Gives the warnings as a list, or that there are none."""
-    lines = "\n".join(f"- {text}" for text in warnings)
-    return ["## Warnings", lines or "None."]
+    kind = "likelihood profile" if fit.profiled else "linearised"
+    said = f" over {len(result.residuals)} measured values. Intervals: 95 %, {kind}"
+    title = f"{fit.problem.racket.title}: {', '.join(fit.estimates)}"
+    return write_fit(out, title, provenance, files, sections, said)
 
 
 def convergence_section(result: FitResult, scale: float, unit: str) -> list[str]:
@@ -206,9 +171,3 @@ def convergence_section(result: FitResult, scale: float, unit: str) -> list[str]
         f"{result.evaluations} evaluations, {result.seconds:.1f} s, seed {result.seed}. "
         f"{versions}.",
     ]
-
-
-def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Gives a table in Markdown."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)

@@ -10,21 +10,20 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.search import determined, unit_text
 from drake_racket.io.errors import InputError
-from drake_racket.io.files import replace_file
-from drake_racket.parameters.ball import BallParameters, check_ball, read_ball
+from drake_racket.parameters import written
+from drake_racket.parameters.ball import BallParameters, check_ball
 from drake_racket.parameters.quantities import Quantities, Quantity
-from drake_racket.parameters.racket import RacketParameters, check_racket, read_racket
+from drake_racket.parameters.racket import RacketParameters, check_racket
 
 
 @dataclass(frozen=True)
@@ -195,36 +194,9 @@ def _new_name(old: str, name: str | None) -> str:
     return old if old.endswith("_fitted") else f"{old}_fitted"
 
 
-def write_racket(racket: RacketParameters, path: str | Path) -> None:
-    """Writes a parameter file, which is read back before it takes its name.
-
-    Raises:
-        InputError: a racket that its own reader refuses.
-
-    """
-    path = Path(path)
-    _write(racket, path, read_racket)
-
-
-def write_ball(ball: BallParameters, path: str | Path) -> None:
-    """As `write_racket`."""
-    path = Path(path)
-    _write(ball, path, read_ball)
-
-
-def _write(parameters: Any, path: Path, read: Callable[[Path], object]) -> None:
-    def write(temporary: Path) -> None:
-        temporary.write_text(_text(parameters), encoding="utf-8")
-        read(temporary)
-
-    replace_file(path, write)
-
-
-def _text(parameters: Any) -> str:
-    """YAML of a parameter dataclass; numbers to the last bit."""
-    heading = (
-        "# Written by drake_racket.identify. status: printed, calculated, measured, fitted or "
-        "inferred.\n"
-    )
-    tree = dataclasses.asdict(parameters)
-    return heading + str(yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=100))
+def write_parameters(parameters: RacketParameters | BallParameters, path: Path) -> None:
+    """Writes a fitted racket's or ball's file; see `written.write_racket`."""
+    if isinstance(parameters, RacketParameters):
+        written.write_racket(parameters, path, "drake_racket.identify")
+    else:
+        written.write_ball(parameters, path, "drake_racket.identify")

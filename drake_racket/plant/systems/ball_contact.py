@@ -57,6 +57,7 @@ from drake_racket.laws.phases import (
     touch,
     value_of,
 )
+from drake_racket.plant.systems.ports import ContactPower, ContactState
 from drake_racket.plant.systems.scalars import on_float
 
 
@@ -73,15 +74,15 @@ def BallContact_(T: Any) -> Any:
         Output ports:
             spatial_forces: list of ExternallyAppliedSpatialForce on ball and string mass; empty
                 when not in contact (then the state is not looked at).
-            contact_state (9): phase; point in contact, or to be hit (from 1); compression x (m);
-                its rate (m/s); N (N); F_x, F_y on the ball (N) and sliding velocity v_x, v_y (m/s)
-                in the head's axes.
+            contact_state (9, ContactState): phase; point in contact, or to be hit (from 1);
+                compression x (m); its rate (m/s); N (N); F_x, F_y on the ball (N) and sliding
+                velocity v_x, v_y (m/s) in the head's axes.
             stored_energy (1): kb x^2 / 2 in contact (J).
-            power (6): lost in the ball's damper, lost to friction, gained from the couple (W); and
-                the force on the ball in the world (N), the rate of its impulse. The couple: with
-                the reaction at the string mass the two opposite forces act along different lines
-                once the ball has slid, which is work from nowhere. It is 0 with the reaction at
-                the ball.
+            power (6, ContactPower): lost in the ball's damper, lost to friction, gained from the
+                couple (W); and the force on the ball in the world (N), the rate of its impulse.
+                The couple: with the reaction at the string mass the two opposite forces act along
+                different lines once the ball has slid, which is work from nowhere. It is 0 with
+                the reaction at the ball.
         Numeric parameters:
             0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth.
             1 friction: mu at the points in order (1).
@@ -120,6 +121,8 @@ def BallContact_(T: Any) -> Any:
             self.discrete = plant.time_step() > 0.0
             self._scratch = plant.CreateDefaultContext()
             self._seen: Any = None  # the state that the scratch Context has
+            self._next: Any = None  # the choice of point, and what is next to be hit there
+            self._law_there: Any = None  # the record, and motion and law in contact there
             self._ball = plant.get_body(BodyIndex(at.ball))
             self._strings = [plant.get_body(BodyIndex(i)) for i in at.strings]
             self._law: Any = COMPILED_CONTACT if T is float else contact_forces
@@ -166,9 +169,9 @@ def BallContact_(T: Any) -> Any:
             # before contact, the state names the next point, which is a parameter
             all_needs = needs | {self.all_parameters_ticket()}
             for name, size, calc in (
-                ("contact_state", 9, self._calc_contact_state),
+                ("contact_state", len(ContactState), self._calc_contact_state),
                 ("stored_energy", 1, self._calc_stored_energy),
-                ("power", 6, self._calc_power),
+                ("power", len(ContactPower), self._calc_power),
             ):
                 self.DeclareVectorOutputPort(name, size, calc, prerequisites_of_calc=all_needs)
 
@@ -178,12 +181,8 @@ def BallContact_(T: Any) -> Any:
             From the state in a Context of this system's own: for two bodies that is less work
             than the plant's ports, which hand all bodies over to Python.
             """
+            self._look(context)
             scratch, mass, ball = self._scratch, self._strings[point - 1], self._ball
-            state = self._state.Eval(context)
-            # one instant is looked at several times: by witnesses and by outputs
-            if T is not float or not np.array_equal(state, self._seen):
-                self.plant.SetPositionsAndVelocities(scratch, state)
-                self._seen = np.array(state)
             return (
                 mass.EvalPoseInWorld(scratch).GetAsMatrix34(),
                 ball.EvalPoseInWorld(scratch).GetAsMatrix34(),
@@ -191,19 +190,34 @@ def BallContact_(T: Any) -> Any:
                 ball.EvalSpatialVelocityInWorld(scratch).get_coeffs(),
             )
 
-        def _contact_motion(self, context: Any, state: Any) -> Any:
-            """The motion of `_motion` while in contact; on a discrete plant, brought up to time."""
-            motion = self._motion(context, round(value_of(state[POINT])))
-            return self._led(motion, state[LEAD]) if self.discrete else motion
+        def _look(self, context: Any) -> None:
+            """Takes the state; one instant is looked at several times, by witnesses and outputs."""
+            state = self._state.Eval(context)
+            seen = state.tobytes() if T is float else None
+            if seen is None or seen != self._seen:
+                self.plant.SetPositionsAndVelocities(self._scratch, state)
+                self._seen, self._next, self._law_there = seen, None, None
+
+        def _contact_law(self, context: Any, state: Any) -> Any:
+            """In contact: the motion, on a discrete plant brought up to time, and its law."""
+            self._look(context)
+            key = state.tobytes()
+            if self._law_there is None or self._law_there[0] != key:
+                motion = self._motion(context, round(value_of(state[POINT])))
+                if self.discrete:
+                    motion = self._led(motion, state[LEAD])
+                self._law_there = key, motion, self._law(*motion, state[CONSTANTS])
+            return self._law_there[1:]
 
         def _led(self, motion: Any, lead: Any) -> Any:
             """`motion` with `lead` (m/s, in the head) added to the ball's velocity."""
             x_s, x_q, v_s, v_q = motion
             return x_s, x_q, v_s, v_q + np.concatenate([0.0 * lead, x_s[:, :3] @ lead])
 
-        def _latched(self, context: Any) -> Any:
+        def _latched(self, context: Any, state: Any = None) -> Any:
             """The discrete state; on a discrete plant, as the update of this instant leaves it."""
-            state = context.get_discrete_state_vector().CopyToVector()
+            if state is None:
+                state = context.get_discrete_state_vector().CopyToVector()
             if self.discrete and not self._since_update(context, state) < 1.0 - 1e-6:
                 self._advance(context, state)
             return state
@@ -220,8 +234,7 @@ def BallContact_(T: Any) -> Any:
                 return
             point = round(value_of(state[POINT]))
             on_ball, on_string = self._on_ball, self._on_string
-            motion = self._contact_motion(context, state)
-            ball, string, p, _, _ = self._law(*motion, state[CONSTANTS])
+            ball, string, p, _, _ = self._contact_law(context, state)[1]
             if self.discrete:
                 ball, string = state[WEIGHT] * ball, state[WEIGHT] * string
             on_ball.F_Bq_W = spatial_force(ball)
@@ -231,17 +244,19 @@ def BallContact_(T: Any) -> Any:
             output.set_value([on_ball, on_string])
 
         def _calc_contact_state(self, context: Any, output: Any) -> None:
-            state = self._latched(context)
+            state = context.get_discrete_state_vector().CopyToVector()
+            output.SetFromVector(np.array([T(x) for x in self.contact_numbers(context, state)]))
+
+        def contact_numbers(self, context: Any, state: Any) -> list[Any]:
+            """Gives what the output `contact_state` shows, of a Context and a copy of its state."""
+            state = self._latched(context, state)
             if state[PHASE] == CONTACT:
                 point = round(value_of(state[POINT]))
-                motion = self._contact_motion(context, state)
-                _, _, p, v, (fx, fy, normal, _) = self._law(*motion, state[CONSTANTS])
+                _, _, p, v, (fx, fy, normal, _) = self._contact_law(context, state)[1]
             else:
                 point, p, v = self._next_point(context)
-                fx = fy = normal = T(0.0)
-            output.SetFromVector(
-                np.array([state[PHASE], T(point), -p[2], -v[2], normal, fx, fy, v[0], v[1]])
-            )
+                fx = fy = normal = 0.0
+            return [state[PHASE], point, -p[2], -v[2], normal, fx, fy, v[0], v[1]]
 
         def _calc_stored_energy(self, context: Any, output: Any) -> None:
             state = self._latched(context)
@@ -258,8 +273,7 @@ def BallContact_(T: Any) -> Any:
             elif self.discrete:
                 output.SetFromVector(state[POWER])
             else:
-                motion = self._contact_motion(context, state)
-                law = self._law(*motion, state[CONSTANTS])
+                motion, law = self._contact_law(context, state)
                 output.SetFromVector(self._powers(motion, law, state))
 
         def _powers(self, motion: Any, law: Any, state: Any) -> Any:
@@ -295,13 +309,17 @@ def BallContact_(T: Any) -> Any:
 
         def _next_point(self, context: Any) -> Any:
             """The point to be hit (given, or nearest now), with p and v of the ball about it."""
-            choices = context.get_numeric_parameter(self.CHOICES)
-            point = round(value_of(choices[0]))
+            self._look(context)
+            given = point = round(value_of(context.get_numeric_parameter(self.CHOICES)[0]))
+            if self._next is not None and self._next[0] == given:
+                return self._next[1]
             if point == 0:
                 p, _ = self._relative(*self._motion(context, self._middle))
                 x, y = self.model.grid[self._middle - 1]
                 point = nearest_point(self.model.grid, x + value_of(p[0]), y + value_of(p[1]))
-            return point, *self._relative(*self._motion(context, point))
+            found = point, *self._relative(*self._motion(context, point))
+            self._next = given, found
+            return found
 
         def _gap(self, context: Any) -> Any:
             return self._next_point(context)[1][2]
@@ -311,7 +329,7 @@ def BallContact_(T: Any) -> Any:
 
         def _raw_normal(self, context: Any) -> Any:
             state = context.get_discrete_state_vector().CopyToVector()
-            return self._law(*self._contact_motion(context, state), state[CONSTANTS])[4][3]
+            return self._contact_law(context, state)[1][4][3]
 
         def _update(self, context: Any, new: Any) -> EventStatus:
             """Goes to the phase that the present state asks for."""

@@ -29,9 +29,9 @@ def EnergyMeter_(T: Any) -> Any:
             string_energy (2): the StringBed's energy port; read only if the strings are damped.
             grip_power (1): the GripLoad's power (W); only of a meter for a held racket.
         Output ports:
-            totals (9): lost in the ball's damper, lost to friction, gained from the couple (J);
-                impulse on the ball in the world (N s, three); lost at the joints, lost in the
-                strings, gone into the grip's springs and dampers (J).
+            totals (9, EnergyTotals): lost in the ball's damper, lost to friction, gained from the
+                couple (J); impulse on the ball in the world (N s, three); lost at the joints, lost
+                in the strings, gone into the grip's springs and dampers (J).
         Numeric parameters:
             0 damping (j + 1): of each frame joint (N m s/rad); 1 if the strings are damped, or 0.
               As in the Contexts of plant and string-bed (`set_meter_parameters`).

@@ -15,6 +15,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.io.errors import InputError
 from drake_racket.plant.grip import Grip
+from drake_racket.plant.systems.ports import HandLoad
 from drake_racket.plant.systems.scalars import on_float
 
 
@@ -30,8 +31,8 @@ def GripLoad_(T: Any) -> Any:
             reaction_forces: the plant's port of that name (a list of SpatialForce); only of a grip
                 with a joint (weld, torsional).
         Output ports:
-            hand_load (6): spatial force F_Ho_H on the hand, about the hand frame's origin and in
-                its axes: torque (N m), then force (N).
+            hand_load (6, HandLoad): spatial force F_Ho_H on the hand, about the hand frame's origin
+                and in its axes: torque (N m), then force (N).
             power (1): going from the racket and the hand into the grip's springs and dampers (W).
         Numeric parameters:
             0 constants (12): the bushing's torque stiffness, torque damping, force stiffness and
@@ -46,6 +47,8 @@ def GripLoad_(T: Any) -> Any:
             LeafSystem_[T].__init__(self, converter)
             self.element, self.joint, self.plant = element, joint, plant
             self._scratch = plant.CreateDefaultContext()
+            self._seen: Any = None  # the state and the constants that the scratch Context has
+            self._on_hand: Any = None  # the bushing's force there, on frame A
             constants: Any = np.array([T(0.0)] * 12)
             if element is not None:
                 self._bushing = plant.get_force_element(ForceElementIndex(element))
@@ -62,7 +65,7 @@ def GripLoad_(T: Any) -> Any:
                 self._reactions = self.DeclareAbstractInputPort("reaction_forces", model)
                 load_needs.add(self._reactions.ticket())
             self.DeclareVectorOutputPort(
-                "hand_load", 6, self._calc_load, prerequisites_of_calc=load_needs
+                "hand_load", len(HandLoad), self._calc_load, prerequisites_of_calc=load_needs
             )
             self.DeclareVectorOutputPort("power", 1, self._calc_power, prerequisites_of_calc=needs)
 
@@ -75,22 +78,29 @@ def GripLoad_(T: Any) -> Any:
 
         def _at(self, context: Any) -> Any:
             """A Context of this system's own with the present state and constants."""
-            scratch = self._scratch
+            scratch, state = self._scratch, self._state.Eval(context)
+            constants = context.get_numeric_parameter(0).CopyToVector()
+            seen = (state.tobytes(), constants.tobytes()) if T is float else None
+            if seen is not None and seen == self._seen:
+                return scratch
             if self.element is not None:
                 bushing = self._bushing
-                constants = context.get_numeric_parameter(0).CopyToVector()
-                bushing.SetTorqueStiffnessConstants(scratch, constants[0:3])
-                bushing.SetTorqueDampingConstants(scratch, constants[3:6])
-                bushing.SetForceStiffnessConstants(scratch, constants[6:9])
-                bushing.SetForceDampingConstants(scratch, constants[9:12])
-            self.plant.SetPositionsAndVelocities(scratch, self._state.Eval(context))
+                if seen is None or self._seen is None or seen[1] != self._seen[1]:
+                    bushing.SetTorqueStiffnessConstants(scratch, constants[0:3])
+                    bushing.SetTorqueDampingConstants(scratch, constants[3:6])
+                    bushing.SetForceStiffnessConstants(scratch, constants[6:9])
+                    bushing.SetForceDampingConstants(scratch, constants[9:12])
+            self.plant.SetPositionsAndVelocities(scratch, state)
+            if self.element is not None:
+                self._on_hand = bushing.CalcBushingSpatialForceOnFrameA(scratch)
+            self._seen = seen
             return scratch
 
         def _calc_load(self, context: Any, output: Any) -> None:
             scratch = self._at(context)
             load: Any = np.array([T(0.0)] * 6)
             if self.element is not None:
-                load = load + self._bushing.CalcBushingSpatialForceOnFrameA(scratch).get_coeffs()
+                load = load + self._on_hand.get_coeffs()
             if self.joint is not None:
                 reaction = self._reactions.Eval(context)[self._place]
                 hand, racket = self._joint.frame_on_parent(), self._joint.frame_on_child()
@@ -104,7 +114,7 @@ def GripLoad_(T: Any) -> Any:
             if self.element is not None:
                 scratch, bushing = self._at(context), self._bushing
                 for frame, force in (
-                    (bushing.frameA(), bushing.CalcBushingSpatialForceOnFrameA(scratch)),
+                    (bushing.frameA(), self._on_hand),
                     (bushing.frameC(), bushing.CalcBushingSpatialForceOnFrameC(scratch)),
                 ):
                     R_WF = frame.CalcPoseInWorld(scratch).rotation().matrix()

@@ -18,7 +18,7 @@ def StepProbe_(T: Any) -> Any:
     """Gives the probe as a LeafSystem on the scalar type T; `StepProbe` is that on float."""
 
     class Impl(LeafSystem_[T]):
-        """Calls a function when the derivatives at a wanted time are evaluated.
+        """Calls a function when the derivatives at a wanted time are first evaluated.
 
         An integrator evaluates the derivatives at the beginning of a step anyway, after the events
         of that instant. What depends on accelerations costs next to nothing there; anywhere else
@@ -26,7 +26,7 @@ def StepProbe_(T: Any) -> Any:
 
         No ports, no state, no parameters. Attributes:
             wanted: the time (s) at which to call; NaN for never.
-            read: the function; None for none.
+            read: the function; None for none, and once it is called.
         """
 
         def _construct(self, converter: Any = None) -> None:
@@ -39,7 +39,8 @@ def StepProbe_(T: Any) -> Any:
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             if self.read is not None and context.get_time() == self.wanted:
-                self.read()
+                read, self.read = self.read, None
+                read()
 
     return Impl
 

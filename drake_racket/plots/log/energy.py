@@ -47,30 +47,32 @@ _SMALL = 2e-3  # of the largest in the panel: not drawn
 
 
 def energy_figure(history: xarray.Dataset) -> Figure:
-    """Stores above, losses so far below; around the contact on the left, the whole log right."""
+    """Draws stores above and losses so far below, over one time axis.
+
+    The contact takes half of the axis, and what is left of the log the other half.
+    """
     energy = history["energy"]
-    figure = new_figure(10.5, 7.0)
-    panels = figure.subplots(2, 2, sharey="row")
+    figure = new_figure(9.6, 7.0)
+    panels = figure.subplots(2, 1)
     left_out = []
-    for row, table in zip(panels, (_STORES, _LOST), strict=True):
-        left_out += _draw_rows(row, history, energy, table)
-    for axes in panels.flat:
+    for axes, table in zip(panels, (_STORES, _LOST), strict=True):
+        left_out += _draw(axes, history, energy, table)
         finish_time_axis(axes, history)
         axes.axhline(0.0, color="0.8", lw=0.8, zorder=0)
-    panels[0, 0].set(ylabel="energy (J)", title="Around the contact")
-    panels[0, 1].set_title("The whole log")
-    panels[1, 0].set_ylabel("lost since the start (J)")
+        _stretch_contact(axes, history)
+    panels[0].set(ylabel="energy (J)", title="Where it is")
+    panels[1].set(ylabel="lost since the start (J)", title="Where it went")
     figure.suptitle(f"{title_of(history)}: energy (shaded: in contact)")
     if left_out:
         figure.supxlabel("below 0.2 % and not drawn: " + ", ".join(left_out), fontsize=8)
     return figure
 
 
-def _draw_rows(
-    row: Any, history: xarray.Dataset, energy: xarray.DataArray, table: dict[str, Any]
+def _draw(
+    axes: Any, history: xarray.Dataset, energy: xarray.DataArray, table: dict[str, Any]
 ) -> list[str]:
-    """Draws one row; returns the labels of what is too small to show."""
-    time, near = near_contact(history)
+    """Draws one panel; returns the labels of what is too small to show."""
+    time = 1e3 * history["time"].to_numpy()
     curves, small = {}, []
     for store in table:
         if store in energy["store"].to_numpy():
@@ -83,8 +85,35 @@ def _draw_rows(
             if np.any(values != 0.0):
                 small.append(label)
             continue
-        row[0].plot(time[near], values[near], color=colour, ls=style)
-        row[1].plot(time, values, color=colour, ls=style, label=label)
-    if row[1].lines:
-        row[1].legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        axes.plot(time, values, color=colour, ls=style, label=label)
+    if axes.lines:
+        axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return small
+
+
+def _stretch_contact(axes: Any, history: xarray.Dataset) -> None:
+    """Gives the contact and 3 ms after it half of the time axis, where the log is longer."""
+    time, near = near_contact(history)
+    first, turn, last = float(time[0]), float(time[near][-1]), float(time[-1])
+    axes.set_xlim(first, last)
+    if not near.any() or last - turn <= turn - first:
+        return
+    rate = (turn - first) / (last - turn)
+
+    def forward(t: Any) -> Any:
+        return np.where(t <= turn, t, turn + rate * (t - turn))
+
+    def back(u: Any) -> Any:
+        return np.where(u <= turn, u, turn + (u - turn) / rate)
+
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set_xscale("function", functions=(forward, back))
+    early = MaxNLocator(5, steps=[1, 2, 5, 10]).tick_values(first, turn)
+    late = MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(turn, last)
+    room = 0.12 * (last - turn)
+    ticks = [t for t in early if first <= t <= turn]
+    ticks += [t for t in late if turn + room <= t <= last]
+    axes.set_xticks(ticks)
+    axes.axvline(turn, color="0.6", lw=1.0, ls=(0, (2, 2)), zorder=0)
+    axes.set_xlabel("time from touch (ms; narrower beyond the dashed line)")

@@ -57,9 +57,29 @@ def draw_contact_force(axes: Any, history: xarray.Dataset) -> None:
     for part, colour in (("x", VERMILION), ("y", GREEN)):
         friction = history[f"friction_{part}"]
         if float(np.abs(friction).max()) > 0.01 * float(history["normal_force"].max()):
-            axes.plot(time[near], friction[near], color=colour, ls="--", label=f"friction, {part}")
+            axes.plot(time[near], friction[near], color=colour, label=f"friction, {part}")
     axes.set(ylabel="force on the ball (N)", title="Contact force")
-    axes.legend(frameon=False)
+    _note_step(axes, history)
+    legend_above(axes)
+
+
+def _note_step(axes: Any, history: xarray.Dataset) -> None:
+    """Says what the force jumps to at touch: the ball's damper acts at once."""
+    force, inside = history["normal_force"].to_numpy(), history["in_contact"].to_numpy() > 0.5
+    if not inside.any():
+        return
+    first = float(force[inside][0])
+    if first > 0.03 * float(force.max()):
+        axes.text(
+            0.99,
+            0.6,
+            f"step to {first:.0f} N at touch:\nthe ball's damper\nacts at once",
+            transform=axes.transAxes,
+            ha="right",
+            va="center",
+            fontsize=7.5,
+            color="0.35",
+        )
 
 
 def draw_ball_and_strings(axes: Any, history: xarray.Dataset) -> None:
@@ -68,15 +88,15 @@ def draw_ball_and_strings(axes: Any, history: xarray.Dataset) -> None:
     height = _height_over_head(history)
     point = int(history["contact_point"].to_numpy()[_middle(history)])
     string = history["string_deflection"].sel(point=point).to_numpy()
-    axes.plot(time[near], 1e3 * height[near], color=VERMILION, label="ball")
+    axes.plot(time[near], 1e3 * height[near], color=VERMILION, label="ball centre")
     axes.plot(time[near], 1e3 * string[near], color=BLUE, label=f"string mass at point {point}")
     lowest = 1e3 * float(min(height[near].min(), string[near].min()))
     axes.set(
         ylabel="height over the string plane (mm)",
         title="Ball and strings, seen from the head",
-        ylim=(1.25 * lowest, -1.5 * lowest),
+        ylim=(1.25 * lowest, -2.0 * lowest),
     )
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="upper center", ncols=2, fontsize=9)
 
 
 def _draw_bending(axes: Any, history: xarray.Dataset) -> None:
@@ -85,7 +105,7 @@ def _draw_bending(axes: Any, history: xarray.Dataset) -> None:
         angle = np.degrees(history[f"{name}_angle"].to_numpy())
         axes.plot(time, angle, color=colour, ls=style, label=name.replace("_", " "))
     axes.set(ylabel="angle (deg)", title="Bending at the throat joint")
-    axes.legend(frameon=False)
+    legend_above(axes)
 
 
 def draw_vector(axes: Any, vector: xarray.DataArray, scale: float = 1.0) -> None:
@@ -93,7 +113,14 @@ def draw_vector(axes: Any, vector: xarray.DataArray, scale: float = 1.0) -> None
     time = vector["time"].to_numpy() * 1e3
     for axis, colour, style in AXIS_STYLES:
         axes.plot(time, scale * vector.sel(axis=axis), color=colour, ls=style, label=axis)
-    axes.legend(frameon=False)
+    legend_above(axes)
+
+
+def legend_above(axes: Any) -> None:
+    """Puts the legend in a strip above the curves."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.18 * (high - low))
+    axes.legend(frameon=False, loc="upper right", ncols=3, fontsize=9)
 
 
 def near_contact(history: xarray.Dataset) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

@@ -23,7 +23,8 @@ AFTER = 2e-3  # s from release to the last picture: about one period of the stri
 def string_map_figure(history: xarray.Dataset) -> Figure:
     """Draws the deflections of the points and tensions of the springs.
 
-    At touch, at peak force, at release, and 2 ms after it; the ball must have touched. Tension is
+    Half-way to peak force, at peak force, at release, and 2 ms after it; the ball must have
+    touched. Tension is
     shown as its change from that of the racket at rest, on one scale for all pictures, spread at
     its lower end (it grows with the square of the deflection).
     """
@@ -58,7 +59,8 @@ def string_map_figure(history: xarray.Dataset) -> Figure:
     ticks = MaxNLocator(6).tick_values(norm.vmin or 0.0, high)
     ticks = [t for t in ticks if (norm.vmin or 0.0) <= t <= high]
     bar = figure.colorbar(colours, ax=panels, shrink=0.75, ticks=ticks)
-    bar.set_label(f"tension over that at rest, {rest:.0f} N (N)")
+    scale = "square-root scale" if norm is spread else "linear scale"
+    bar.set_label(f"tension over the {rest:.0f} N at rest\n(N; {scale})", fontsize=9)
     figure.suptitle(f"{title_of(history)}: string-bed from the ball's side, tip up")
     figure.supxlabel(
         "numbers: deflection (mm), negative away from the ball; ring: point in contact", fontsize=9
@@ -74,7 +76,9 @@ def snapshots(history: xarray.Dataset) -> list[tuple[str, int]]:
     time, force = history["time"].to_numpy(), history["normal_force"].to_numpy()
     inside = np.flatnonzero(history["in_contact"].to_numpy())
     last = len(time) - 1
-    found = [("touch", int(inside[0])), ("peak force", int(np.argmax(force)))]
+    top = int(np.argmax(force))
+    pressed = int(np.searchsorted(time, 0.5 * (time[inside[0]] + time[top])))
+    found = [("half-way to peak force", pressed), ("peak force", top)]
     if inside[-1] == last:
         return [*found, ("end of the log, in contact", last)]
     release = int(inside[-1]) + 1

@@ -22,6 +22,8 @@ SHORTEST = 0.02  # s: a shorter window cannot tell the frame's modes (resolution
 HIGHEST = 1500.0  # Hz shown: frame and strings are below
 _RATE = 50e3  # Hz, of the even samples that the integrator's are turned into
 _PADDING = 8  # times the window: lines close enough for a smooth curve
+FRAME_BAND = 300.0
+"""Hz: the frame's fundamentals are below, the strings' modes above."""
 _DECADES = 1e4  # shown below the highest peak
 # supports whose frame bends near the frequencies of the free one; a clamp halves them
 _LIKE_FREE = ("free", "grip", "limb")
@@ -34,7 +36,7 @@ def vibration_figure(history: xarray.Dataset) -> Figure:
     """
     ringing = after_release(history)
     length = float(ringing["time"][-1] - ringing["time"][0]) if ringing.sizes["time"] > 1 else 0.0
-    figure = new_figure(9.0, 7.0 if length >= SHORTEST else 4.2)
+    figure = new_figure(9.0, 7.4 if length >= SHORTEST else 4.2)
     panels = figure.subplots(2 if length >= SHORTEST else 1, 1, squeeze=False)[:, 0]
     draw_vector(panels[0], history["handle_acceleration"])
     panels[0].set_ylabel("acceleration (m/s²)")
@@ -101,10 +103,39 @@ def _draw_spectrum(axes: Any, history: xarray.Dataset, ringing: xarray.Dataset) 
         f" resolution {1.0 / length:.0f} Hz",
     )
     if highest > 0.0:
-        axes.set_ylim(highest / _DECADES, 2.0 * highest)
+        axes.set_ylim(highest / _DECADES, 8.0 * highest)
     _mark_fundamentals(axes, history)
-    axes.legend(frameon=False, fontsize=8)
+    values = ringing["handle_acceleration"].sel(axis="z").to_numpy()[increasing]
+    _note_strings(axes, history, (time, values))
+    axes.legend(frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=5)
     tidy(axes)
+
+
+def _note_strings(axes: Any, history: xarray.Dataset, signal: Any) -> None:
+    """Says how much of the ringing along z is the frame's, and where the strings' is largest.
+
+    Args:
+        signal: (time, acceleration along z), of the ringing.
+
+    """
+    lines, amplitudes = amplitude_spectrum(*signal)
+    power = amplitudes**2
+    whole, below = float(power.sum()), float(power[lines <= FRAME_BAND].sum())
+    if whole <= 0.0:
+        return
+    share = 100.0 * (below / whole) ** 0.5
+    text = f"along z below {FRAME_BAND:.0f} Hz, the frame's band: {share:.0f} % of the RMS"
+    top = float(lines[int(np.argmax(amplitudes))])
+    if top > FRAME_BAND and _undamped(history):
+        text += f"\nundamped strings dominate near {top:.0f} Hz"
+    axes.text(
+        0.99, 0.98, text, transform=axes.transAxes, ha="right", va="top", fontsize=8, color="0.3"
+    )
+
+
+def _undamped(history: xarray.Dataset) -> bool:
+    racket = json.loads(history.attrs.get("racket", "{}"))
+    return bool(racket.get("string_bed", {}).get("damping", {}).get("value") == 0.0)
 
 
 def _mark_fundamentals(axes: Any, history: xarray.Dataset) -> None:

@@ -133,6 +133,9 @@ def specimen_length(parameters: RacketParameters, specimen: str) -> float:
 
 
 def _inertia(part: Part) -> Inertia:
+    if part.centre()[1] or part.product():
+        allowed = "a racket that is alike on both sides of its long axis (these sums know no other)"
+        raise InputError("racket: com_y", part.centre()[1], allowed)
     return Inertia(
         mass=part.mass.value,
         com=part.com.value,

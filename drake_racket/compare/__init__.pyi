@@ -1,0 +1,9 @@
+from .assessment import Assessment as Assessment
+from .assessment import Swing as Swing
+from .assessment import assess as assess
+from .numbers import NUMBERS as NUMBERS
+from .numbers import Number as Number
+from .report import comparison_table as comparison_table
+from .report import write_comparison as write_comparison
+from .spread import Assessed as Assessed
+from .spread import assess_with_spread as assess_with_spread

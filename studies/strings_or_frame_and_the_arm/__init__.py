@@ -1,0 +1,1 @@
+"""Strings or frame: what changes the load on hand and arm more."""

@@ -1,0 +1,1 @@
+"""Where to put ten grams: one place after the other, and what each changes."""

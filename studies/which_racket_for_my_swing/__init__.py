@@ -1,0 +1,1 @@
+"""Which racket for my swing: rackets by their shop rows, for swings from slow to fast."""
