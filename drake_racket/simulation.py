@@ -6,7 +6,7 @@ import os
 from collections import OrderedDict
 from typing import Any
 
-from drake_racket.cases.case import Case, changed, resolve
+from drake_racket.cases.case import Case, resolve, with_engine
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.engines.registry import run
 from drake_racket.io.progress import Report
@@ -41,7 +41,7 @@ def simulate(
     """
     case = resolve(scenario or Scenario())
     if engine is not None:
-        case = resolve(changed(case.scenario, engine=engine))
+        case = with_engine(case, engine)
     if system is not None:
         return _simulated(case, system, history, progress)
     system = _taken(case)

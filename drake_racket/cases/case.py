@@ -183,6 +183,14 @@ def _with_plain_overrides(scenario: Scenario) -> Scenario:
     return dataclasses.replace(scenario, overrides=overrides)
 
 
+def with_engine(case: Case, engine: str) -> Case:
+    """Gives the same case for another engine; raises InputError."""
+    scenario = read(dataclasses.replace(case.scenario, engine=engine), Scenario, "scenario")
+    if engine == "compiled":
+        _check_compiled(scenario, "scenario")
+    return dataclasses.replace(case, scenario=scenario)
+
+
 def _check_compiled(scenario: Scenario, where: str) -> None:
     """Refuses what the compiled engine has no choice of."""
     if scenario.time_step > 0.0:

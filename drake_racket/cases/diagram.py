@@ -83,13 +83,32 @@ class ImpactDiagram:
 
         """
         case = self.case if scenario is None else resolve(scenario)
+        self._check_topology(case)
+        root = self.diagram.CreateDefaultContext()
+        self._write(root, case)
+        return root
+
+    def write_context(self, root: Context, case: Case) -> None:
+        """Writes a case's parameters and initial state into a Context that was made here.
+
+        Whatever a case can vary is written; what a simulation has left there is not undone.
+
+        Raises:
+            InputError: the case needs another Diagram.
+
+        """
+        self._check_topology(case)
+        self._write(root, case)
+
+    def _check_topology(self, case: Case) -> None:
         if case.topology != self.case.topology:
             raise InputError(
                 "scenario",
                 f"{case.scenario.racket}, {case.scenario.support}",
                 "a scenario with the topology that this diagram was built for",
             )
-        root = self.diagram.CreateDefaultContext()
+
+    def _write(self, root: Context, case: Case) -> None:
         set_impact_parameters(self.impact, root, case.racket, _contact_model(case))
         set_racket_inertia(self.impact.racket, root, case.racket)
         assert self.impact.ball is not None
@@ -100,7 +119,6 @@ class ImpactDiagram:
         if self.meter is not None:
             set_meter_parameters(self.meter, self.impact, root)
         self._set_initial_state(root, case.scenario, case.racket)
-        return root
 
     def _set_initial_state(
         self, root: Context, scenario: Scenario, racket: RacketParameters

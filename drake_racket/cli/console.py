@@ -53,15 +53,16 @@ def working(text: str) -> Iterator[None]:
 
 
 @contextmanager
-def showing(describe: Describe, *, quiet: bool = False) -> Iterator[Report]:
+def showing(describe: Describe, *, quiet: bool = False, lines: bool = True) -> Iterator[Report]:
     """Shows on standard error how far a command is: a bar a task on a terminal, lines elsewhere.
 
     Args:
         describe: what to say beside the task's name.
         quiet: show nothing.
+        lines: where there is no terminal; without them what takes seconds is quiet there.
 
     """
-    if quiet:
+    if quiet or not (lines or sys.stderr.isatty()):
         yield lambda _: None
     elif sys.stderr.isatty():
         with _bars(describe) as report:

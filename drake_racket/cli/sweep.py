@@ -35,6 +35,9 @@ def sweep(
         typer.Option("--export", help="Run nothing: write the results' files of what is finished."),
     ] = False,
     ball: BallFile = None,
+    engine: Annotated[
+        str | None, typer.Option(help="auto (compiled where it can), drake or compiled.")
+    ] = None,
     settings: Settings = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print errors only.")] = False,
 ) -> None:
@@ -46,7 +49,8 @@ def sweep(
     if scheduler is not None:
         need_library("distributed", "dask", "--scheduler", scheduler)
         _silence_dask()
-    given = [*([f"ball={ball}"] if ball is not None else []), *(settings or [])]
+    named = {"ball": ball, "engine": engine}
+    given = [*(f"{k}={v}" for k, v in named.items() if v is not None), *(settings or [])]
     wanted = load_sweep(file, given)
     if export:
         dataset = export_sweep(wanted, out)

@@ -34,6 +34,17 @@ class Number:
 
 
 STATIC, BALL, SWEET, SHAKE = "Static", "Ball", "Sweet spots", "Vibration and hand"
+_PLACES = (
+    "tip, left",
+    "tip",
+    "tip, right",
+    "left side",
+    "centre",
+    "right side",
+    "throat, left",
+    "throat",
+    "throat, right",
+)
 NINE = tuple(f"restitution_{point}" for point in range(1, 10))
 
 NUMBERS = (
@@ -44,8 +55,8 @@ NUMBERS = (
     Number("frequency_out_of_plane", "Hz", "fundamental, out of plane", 1.0, "Hz", 1, STATIC),
     Number("frequency_in_plane", "Hz", "fundamental, in plane", 1.0, "Hz", 1, STATIC),
     *(
-        Number(name, "1", f"apparent restitution, point {i}", 1.0, "", 3, BALL)
-        for i, name in enumerate(NINE, 1)
+        Number(name, "1", f"apparent restitution, point {i} ({place})", 1.0, "", 3, BALL)
+        for i, (name, place) in enumerate(zip(NINE, _PLACES, strict=True), 1)
     ),
     Number("swing_speed_centre", "m/s", "ball speed of the swing, centre", 1.0, "m/s", 2, BALL),
     Number("swing_speed_best", "m/s", "ball speed of the swing, best aim", 1.0, "m/s", 2, BALL),

@@ -59,6 +59,7 @@ def test_frame_study(quick):
             approach_time=1e-4,
             after=0.008,
             audit=False,
+            engine="compiled",
             integrator=IntegratorSettings(accuracy=2e-2),
         )
     )

@@ -71,7 +71,10 @@ def compare(
     loaded = _load(rackets, tension)
     if out is not None:
         check_directory(out, "--out")
-    with ending_on_signals("nothing was written"), showing(_text, quiet=as_json) as report:
+    with (
+        ending_on_signals("nothing was written"),
+        showing(_text, quiet=as_json, lines=False) as report,
+    ):
         found = [
             assess_with_spread(racket, base=base, swing=wanted, progress=report)
             for racket in loaded

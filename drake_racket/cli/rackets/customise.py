@@ -154,7 +154,10 @@ def _assess(
 ) -> list[dict[str, float]]:
     from drake_racket.compare.assessment import assess
 
-    with ending_on_signals("nothing was written"), showing(_text, quiet=quiet) as report:
+    with (
+        ending_on_signals("nothing was written"),
+        showing(_text, quiet=quiet, lines=False) as report,
+    ):
         found: list[Assessment] = [assess(r, base=base, progress=report) for r in rackets]
     return [dict(one.values) for one in found]
 

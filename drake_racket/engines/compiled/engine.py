@@ -14,6 +14,7 @@ from drake_racket.cases.diagram import ImpactDiagram
 from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.dynamics.observe import NODE_ROW
 from drake_racket.engines.compiled.extract.model import Model, Wiring, extract, numbers_of
+from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.engines.compiled.integrate import FULL, NOT_FINITE, STUCK
 from drake_racket.engines.compiled.kernel import run_case, see_contact, see_motion
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
@@ -24,7 +25,7 @@ from drake_racket.laws.totals import IMPULSE, TOTALS
 
 Array = NDArray[np.float64]
 
-SHARE_OF_ACCURACY = 5e-3
+SHARE_OF_ACCURACY = 2e-3
 """Error allowed per step in units of the integrator's accuracy, so that at equal settings a result
 is at least as close as Drake's (docs/performance.md)."""
 
@@ -68,11 +69,16 @@ class CompiledImpact:
         root = system.create_context(system.case)
         self.model: Model = extract(system.plant, root, _wiring(system, root))
         self._v_of_q = _velocity_of_each_position(self.model)
+        self._places = _Places(self.model.tree)
+        self._root = root
 
     def start(self, case: Case) -> Start:
-        """Reads a case's numbers and initial state from a new Context."""
-        system = self.system
-        root = system.create_context(case)
+        """Reads a case's numbers and initial state from a Context of this model's own.
+
+        The Context is written anew for each case: run one before the next starts.
+        """
+        system, root = self.system, self._root
+        system.write_context(root, case)
         floats = numbers_of(self.model, root, _wiring(system, root))
         context = system.plant.GetMyContextFromRoot(root)
         state = system.plant.GetPositionsAndVelocities(context)
@@ -178,7 +184,7 @@ class CompiledImpact:
         leaves = np.zeros((m, ints[at.LEAVES], 6))
         loads = np.zeros((m, 6))
         see_motion(at.open_model(ints, start.floats), states, records, nodes, leaves, loads)
-        poses, velocities = _bodies(tree, nodes, leaves)
+        poses, velocities = self._places.bodies(nodes, leaves)
         handle = int(system.impact.racket.handle.index())
         hand_load = joint_torque = joint_reaction = None
         if system.grip is not None:
@@ -252,28 +258,43 @@ def _velocity_of_each_position(model: Model) -> NDArray[np.int64]:
     return v_of_q
 
 
-def _bodies(tree: Any, nodes: Array, leaves: Array) -> tuple[Array, Array]:
-    """Poses (m, b, 3, 4) and velocities (m, b, 6) of all bodies, from those of nodes and leaves."""
-    m, count = len(nodes), tree.plant.num_bodies()
-    poses, velocities = np.zeros((m, count, 3, 4)), np.zeros((m, count, 6))
-    rotations = nodes[:, :, :9].reshape(m, -1, 3, 3)
-    for body in range(count):
-        node, X_NB = tree.place[body]
-        R, p = X_NB.rotation().matrix(), X_NB.translation()
-        if node < 0:
-            poses[:, body, :, :3], poses[:, body, :, 3] = R, p
-            continue
-        arm = rotations[:, node] @ p
-        poses[:, body, :, :3] = rotations[:, node] @ R
-        poses[:, body, :, 3] = nodes[:, node, 9:12] + arm
-        w = nodes[:, node, 12:15]
-        velocities[:, body, :3] = w
-        velocities[:, body, 3:] = nodes[:, node, 15:18] + np.cross(w, arm)
-    for row, leaf in enumerate(tree.leaves):
-        body = int(leaf.body.index())
-        poses[:, body, :, 3] = leaves[:, row, :3]
-        velocities[:, body, 3:] = leaves[:, row, 3:]
-    return poses, velocities
+class _Places:
+    """Where all bodies are on the nodes, as arrays."""
+
+    def __init__(self, tree: Tree) -> None:
+        places = [tree.place[body] for body in range(tree.plant.num_bodies())]
+        self.node = np.array([node for node, _ in places])
+        self.rotation = np.array([X.rotation().matrix() for _, X in places])
+        self.arm = np.array([X.translation() for _, X in places])
+        self.fixed = self.node < 0
+        self.leaves = np.array([int(leaf.body.index()) for leaf in tree.leaves], dtype=np.int64)
+
+    def bodies(self, nodes: Array, leaves: Array) -> tuple[Array, Array]:
+        """Poses (m, b, 3, 4) and velocities (m, b, 6) of all bodies, from nodes and leaves."""
+        m, count = len(nodes), len(self.node)
+        poses, velocities = np.zeros((m, count, 3, 4)), np.zeros((m, count, 6))
+        own = nodes[:, self.node]  # of a body fixed in the world any row: written over below
+        R = own[:, :, :9].reshape(m, count, 3, 3)
+        arm = np.einsum("mbij,bj->mbi", R, self.arm)
+        w = own[:, :, 12:15]
+        poses[..., :3] = R @ self.rotation
+        poses[..., 3] = own[:, :, 9:12] + arm
+        velocities[..., :3] = w
+        velocities[..., 3:] = own[:, :, 15:18] + _cross(w, arm)
+        places = poses[..., 3]
+        poses[:, self.fixed, :, :3] = self.rotation[self.fixed]
+        places[:, self.fixed] = self.arm[self.fixed]
+        velocities[:, self.fixed] = 0.0
+        places[:, self.leaves] = leaves[:, :, :3]
+        velocities[:, self.leaves, 3:] = leaves[:, :, 3:]
+        return poses, velocities
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """A x b along the last axis, with less around it than NumPy's."""
+    x, y, z = np.moveaxis(a, -1, 0)
+    u, v, w = np.moveaxis(b, -1, 0)
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def _acceleration(tree: Any, nodes: Array, body: int) -> Array:
@@ -284,7 +305,7 @@ def _acceleration(tree: Any, nodes: Array, body: int) -> Array:
     row = nodes[:, node]
     arm = row[:, :9].reshape(-1, 3, 3) @ X_NB.translation()
     w, alpha = row[:, 12:15], row[:, 18:21]
-    a = row[:, 21:24] + np.cross(alpha, arm) + np.cross(w, np.cross(w, arm))
+    a = row[:, 21:24] + _cross(alpha, arm) + _cross(w, _cross(w, arm))
     return np.concatenate([alpha, a], axis=1)
 
 
