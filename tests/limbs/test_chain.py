@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import RevoluteJoint, SpatialInertia
+from pydrake.multibody.tree import RevoluteJoint, SpatialInertia, UnitInertia
 
 from drake_racket import InputError, add_limb_model, find_limb, make_impact_diagram, simulate
 from drake_racket.limbs.chain import chain_shares
+from drake_racket.limbs.inertia import massless_freedoms
 from tests.limbs.arms import HEAD, HUMANOID, TRUNK, arm, joint, link, robot, striking
 
 
@@ -185,3 +186,39 @@ def test_only_joints_of_the_limb_are_said_to_be_locked(tmp_path):
         simulate(striking(tmp_path / "r.urdf", "tip", grip_kind="torsional"))
     assert "joints spin, racket_grip" in str(caught.value)
     assert str(caught.value).endswith("or locked: [spin]")
+
+
+def in_line(share: float, scale: float = 1.0) -> MultibodyPlant:
+    """Two joints about one axis; the link between has `share` of the outer one's moment."""
+    plant = MultibodyPlant(0.0)
+    outer = 0.1 * scale
+    bodies = [
+        plant.AddRigidBody(name, SpatialInertia(1.0, np.zeros(3), UnitInertia(I, I, I)))
+        for name, I in (("link", outer * share), ("end", outer))
+    ]
+    frames = [plant.world_frame(), *(body.body_frame() for body in bodies)]
+    for i, name in enumerate(("one", "two")):
+        plant.AddJoint(RevoluteJoint(name, frames[i], frames[i + 1], [0, 0, 1]))
+    plant.Finalize()
+    return plant
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-6, 1e6])
+@pytest.mark.parametrize(
+    ("share", "found"), [(1.0, []), (2e-9, []), (1e-11, ["one", "two"]), (0.0, ["one", "two"])]
+)
+def test_how_near_to_massless_counts(share, found, scale):
+    """The scaled mass matrix has an eigenvalue of share / 2: below 1e-10 it counts, in any unit."""
+    plant = in_line(share, scale)
+    assert massless_freedoms(plant, plant.CreateDefaultContext()) == found
+
+
+def test_a_joint_beside_massless_ones_is_not_named():
+    plant = MultibodyPlant(0.0)
+    heavy = SpatialInertia.SolidBoxWithMass(3.0, 0.6, 0.1, 0.1)
+    light = SpatialInertia(1.0, np.zeros(3), UnitInertia(0.0, 0.0, 0.0))
+    arm_body, tip = plant.AddRigidBody("arm", heavy), plant.AddRigidBody("tip", light)
+    plant.AddJoint(RevoluteJoint("fine", plant.world_frame(), arm_body.body_frame(), [0, 1, 0]))
+    plant.AddJoint(RevoluteJoint("spin", arm_body.body_frame(), tip.body_frame(), [0, 1, 0]))
+    plant.Finalize()
+    assert massless_freedoms(plant, plant.CreateDefaultContext()) == ["spin"]

@@ -11,6 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 
 from drake_racket import InputError, Stroke, find_limb, make_impact_diagram, simulate
+from drake_racket.limbs.files.ties import read_mimics
 from drake_racket.limbs.limb import Tie
 from drake_racket.limbs.stroke_velocity import find_joint_velocities
 from tests.limbs.arms import HEAD, TRUNK, arm, joint, link, robot, striking
@@ -312,3 +313,10 @@ def test_mimic_joints_of_an_sdf(tmp_path):
     hand, b = (system.plant.GetFrameByName(name, models) for name in ("hand", "b"))
     yaw = b.CalcRotationMatrix(context, hand).ToRollPitchYaw().yaw_angle()
     assert yaw == pytest.approx(2.0 * (np.radians(20.0) - 0.05) + 0.1)
+
+
+def test_what_a_mimic_element_leaves_out(tmp_path):
+    """A multiplier of 1 and an offset of 0."""
+    (tmp_path / "r.urdf").write_text(robot(joint("f", "a", "b", more='<mimic joint="l"/>')))
+    (mimic,) = read_mimics(tmp_path / "r.urdf")
+    assert (mimic.follower, mimic.leader, mimic.ratio, mimic.offset) == ("f", "l", 1.0, 0.0)
