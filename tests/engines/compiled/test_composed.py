@@ -5,10 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
+from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RevoluteJoint, SpatialInertia
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, Sine
 
+import drake_racket as dr
 from drake_racket import (
+    InputError,
     Scenario,
     add_ball,
     add_impact,
@@ -108,3 +114,77 @@ def test_an_arm_of_mujocos():
         expected = system.diagram.EvalTimeDerivatives(root).CopyToVector()[:n]
         found = rates_at(compiled.model, start.floats, state)
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.max(np.abs(expected)))
+
+
+def swing(plant, root, impacts):
+    """Both balls on their way to the rackets."""
+    context = plant.GetMyMutableContextFromRoot(root)
+    for impact, place, speed in zip(
+        impacts, ([0.511, 0.0, 0.02], [0.3 + 0.5, 0.22, 1.0 + 0.02]), (25.0, 18.0), strict=True
+    ):
+        plant.SetFreeBodyPose(context, impact.ball.body, RigidTransform(place))
+        plant.SetFreeBodySpatialVelocity(
+            context, impact.ball.body, SpatialVelocity([0, 0, 0], [0.0, 1.0, -speed])
+        )
+
+
+def test_a_diagram_of_ones_own_runs_as_in_drake(pair):
+    plant, impacts, diagram = pair
+    compiled = dr.CompiledDiagram(diagram, plant, impacts)
+    root = diagram.CreateDefaultContext()
+    swing(plant, root, impacts)
+    first = compiled.advance(root, 0.003)
+    second = compiled.advance(root, 0.008)
+    assert first.time[-1] == second.time[0] == 0.003
+    simulator = Simulator(diagram)
+    expected = simulator.get_mutable_context()
+    swing(plant, expected, impacts)
+    dr.configure_integrator(simulator, dr.IntegratorSettings(accuracy=1e-6))
+    simulator.AdvanceTo(0.008)
+    found = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(root))
+    wanted = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(expected))
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-4)
+    assert root.get_time() == 0.008
+    for impact in impacts:
+        ours, theirs = impact.record(root), impact.record(expected)
+        assert (ours.point, ours.touches, ours.phase) == (theirs.point, 1, theirs.phase)
+        assert ours.touch_time == pytest.approx(theirs.touch_time, abs=1e-8)
+        assert ours.release_time == pytest.approx(theirs.release_time, abs=1e-6)
+    with pytest.raises(InputError, match=r"end: got 0\.008; allowed: after the time"):
+        compiled.advance(root, 0.008)
+
+
+def arm_with(source):
+    """A hinged arm with a racket, and a source of force on its joint."""
+    builder = DiagramBuilder()
+    plant = builder.AddSystem(MultibodyPlant(0.0))
+    arm = plant.AddRigidBody("arm", SpatialInertia.SolidCylinderWithMass(3.0, 0.04, 0.6, [1, 0, 0]))
+    joint = plant.AddJoint(
+        RevoluteJoint("shoulder", plant.world_frame(), arm.body_frame(), [0, 1, 0])
+    )
+    motor = plant.AddJointActuator("motor", joint)
+    racket = add_racket(plant, load_racket("tour"), parent=arm.body_frame())
+    ball = add_ball(plant, load_ball())
+    impact = add_impact(builder, plant, racket, ball)
+    builder.AddSystem(source)
+    builder.Connect(source.get_output_port(), plant.get_actuation_input_port())
+    return plant, impact, builder.Build(), motor
+
+
+def test_a_constant_torque_acts_and_a_controller_is_refused():
+    plant, impact, diagram, _ = arm_with(ConstantVectorSource([7.0]))
+    compiled = dr.CompiledDiagram(diagram, plant, [impact])
+    root = diagram.CreateDefaultContext()
+    run = compiled.advance(root, 0.02)
+    simulator = Simulator(diagram)
+    dr.configure_integrator(simulator, dr.IntegratorSettings(accuracy=1e-6))
+    simulator.AdvanceTo(0.02)
+    own = plant.GetMyContextFromRoot(simulator.get_context())
+    wanted = plant.GetPositionsAndVelocities(own)
+    np.testing.assert_allclose(run.state[-1], wanted, rtol=0, atol=2e-4)
+    assert abs(wanted[plant.num_positions()]) > 0.01
+    controller = Sine(1.0, 1.0, 0.0, 1)
+    controller.set_name("controller")
+    plant, impact, diagram, _ = arm_with(controller)
+    with pytest.raises(InputError, match="controller on actuation: got 'Sine'"):
+        dr.CompiledDiagram(diagram, plant, [impact])
