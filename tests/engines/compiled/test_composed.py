@@ -167,7 +167,7 @@ def arm_with(source):
     ball = add_ball(plant, load_ball())
     impact = add_impact(builder, plant, racket, ball)
     builder.AddSystem(source)
-    builder.Connect(source.get_output_port(), plant.get_actuation_input_port())
+    builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
     return plant, impact, builder.Build(), motor
 
 
