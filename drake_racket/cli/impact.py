@@ -119,7 +119,8 @@ def _simulated(case: Case) -> ImpactResult:
         if text:
             print(f"drake-racket: {text}", file=sys.stderr, flush=True)
     if not slow:
-        with working("simulating"):
+        first = ": the first compiled run of an installation takes half a minute"
+        with working("simulating" + (first if case.scenario.engine == "compiled" else "")):
             return simulate(case)
     with (
         ending_on_signals("nothing is written"),
