@@ -5,6 +5,10 @@ from .cases.case import parse_scenario as parse_scenario
 from .cases.case import resolve as resolve
 from .cases.diagram import ImpactDiagram as ImpactDiagram
 from .cases.diagram import make_impact_diagram as make_impact_diagram
+from .engines.compiled.composed import CompiledDiagram as CompiledDiagram
+from .engines.compiled.composed import ComposedRun as ComposedRun
+from .engines.compiled.engine import CompiledImpact as CompiledImpact
+from .engines.compiled.engine import run_compiled as run_compiled
 from .engines.drake.engine import configure_integrator as configure_integrator
 from .engines.drake.engine import run_drake as run_drake
 from .engines.trajectory import Trajectory as Trajectory
@@ -115,6 +119,7 @@ from .results.formats import read_history as read_history
 from .results.formats import write_history as write_history
 from .results.history import after_release as after_release
 from .results.impact import ImpactResult as ImpactResult
+from .results.loads import racket_load as racket_load
 from .simulation import simulate as simulate
 from .store import KeptResults as KeptResults
 

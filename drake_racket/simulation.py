@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import os
+from collections import OrderedDict
+from typing import Any
+
 from drake_racket.cases.case import Case, resolve, with_engine
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
 from drake_racket.engines.registry import run
+from drake_racket.io.progress import Report
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult, make_result
 
@@ -15,16 +20,19 @@ def simulate(
     *,
     history: bool = True,
     engine: str | None = None,
+    progress: Report | None = None,
 ) -> ImpactResult:
     """Simulates one impact.
 
     Args:
         scenario: the case (the default: tour racket, free, centre, 25 m/s).
-        system: a Diagram from `make_impact_diagram` to use again; built if None. It must have the
-            scenario's topology.
+        system: a Diagram from `make_impact_diagram` to use again. It must have the scenario's
+            topology. None: one of an earlier call with that topology, or a new one.
         history: record motion and energies at every step; without it `ImpactResult.history` and
             what is read from it are None, and the balance is that of the end alone.
         engine: `drake` or `compiled`, in place of the scenario's.
+        progress: called as a run in Drake's engine goes on; `done` and `total` are its
+            milliseconds.
 
     Raises:
         InputError: the scenario is not valid or needs another Diagram.
@@ -34,5 +42,41 @@ def simulate(
     case = resolve(scenario or Scenario())
     if engine is not None:
         case = with_engine(case, engine)
-    system = system or make_impact_diagram(case)
-    return make_result(case, run(case, system, every_sample=history), history=history)
+    if system is not None:
+        return _simulated(case, system, history, progress)
+    system = _taken(case)
+    try:
+        return _simulated(case, system, history, progress)
+    finally:
+        _keep(case, system)
+
+
+def _simulated(
+    case: Case, system: ImpactDiagram, history: bool, progress: Report | None
+) -> ImpactResult:
+    trajectory = run(case, system, every_sample=history, progress=progress)
+    return make_result(case, trajectory, history=history)
+
+
+_MOST_KEPT = 4
+_kept: OrderedDict[tuple[Any, ...], ImpactDiagram] = OrderedDict()
+"""The Diagrams of the last calls, by topology: on Drake 1.51 what is built is never freed."""
+
+
+def _taken(case: Case) -> ImpactDiagram:
+    """A Diagram for the case, of an earlier call or new; nobody else has it until it is kept."""
+    system = _kept.pop(_key(case), None)
+    return make_impact_diagram(case) if system is None else system
+
+
+def _keep(case: Case, system: ImpactDiagram) -> None:
+    """Keeps a Diagram for later calls; not that of a limb's file, which may change."""
+    if case.limb_hash:
+        return
+    _kept[_key(case)] = system
+    while len(_kept) > _MOST_KEPT:
+        _kept.popitem(last=False)
+
+
+def _key(case: Case) -> tuple[Any, ...]:
+    return (os.getpid(), case.topology)  # a forked process builds its own

@@ -55,7 +55,8 @@ class StoreReader:
 
     """
 
-    def __init__(self, path: Path, key: str) -> None:
+    def __init__(self, path: str | Path, key: str) -> None:
+        path = Path(path)
         self.path: Path | None = path
         if not path.is_file():
             raise InputError(key, str(path), "a store that is there")
@@ -90,7 +91,7 @@ class Store(StoreReader):
 
     def __init__(
         self,
-        path: Path | None,
+        path: str | Path | None,
         header: Mapping[str, Any],
         schema: Sequence[str],
         *,
@@ -115,6 +116,7 @@ class Store(StoreReader):
             InputError: another process writes it, it cannot be made, or the file is no store.
 
         """
+        path = None if path is None else Path(path)
         self.path = path
         self._forced = forced
         self._checkpoint = time.monotonic()
@@ -198,7 +200,7 @@ class KeptResults(Store):
     Another fingerprint is no error: the result is then computed and kept anew.
     """
 
-    def __init__(self, path: Path | None, *, key: str, what: str) -> None:
+    def __init__(self, path: str | Path | None, *, key: str, what: str) -> None:
         schema = (
             "CREATE TABLE results (name TEXT PRIMARY KEY, fingerprint TEXT NOT NULL,"
             " content BLOB NOT NULL)",
@@ -218,7 +220,7 @@ class KeptResults(Store):
         self.write("INSERT OR REPLACE INTO results VALUES (?, ?, ?)", [row])
 
 
-def lock_file(path: Path, key: str, what: str, patience: float = 0.0) -> IO[str]:
+def lock_file(path: str | Path, key: str, what: str, patience: float = 0.0) -> IO[str]:
     """Gives the lock of a store, taken; it is held until it is closed, or the process ends.
 
     The store's directory is made if need be.
@@ -227,6 +229,7 @@ def lock_file(path: Path, key: str, what: str, patience: float = 0.0) -> IO[str]
         InputError: another process has it, or it cannot be made.
 
     """
+    path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         file = path.with_suffix(".lock").open("w")

@@ -20,7 +20,7 @@ from drake_racket.animation.outline import racket_outline, spring_ends, string_p
 from drake_racket.animation.scene import Scene
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Progress, Report
-from drake_racket.plots.style import new_figure
+from drake_racket.plots.style import as_written, new_figure
 
 _WIDTH, _HEIGHT, _DPI = 9.6, 6.0, 100  # inches, 1/inch: even numbers of pixels, as MP4 wants
 _GIF_COLOURS = 96
@@ -206,7 +206,7 @@ class _Picture:
     def _write_words(self, left: float) -> None:
         """What does not move: title, legend, bar for the scale."""
         axes = self._axes
-        axes.text(left, 0.92, self.scene.title, fontsize=11, weight="bold")
+        axes.text(left, 0.92, as_written(self.scene.title), fontsize=11, weight="bold")
         rows = [page.case_text(self.scene), page.exaggeration_text(self.scene)]
         for row, text in enumerate(rows):
             axes.text(left, 0.85 - 0.065 * row, text, fontsize=9)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from importlib.resources import files
 
 import numpy as np
@@ -75,14 +76,15 @@ def finish_page(page: str, scene: Scene) -> str:
         f'<li><span style="background:{colour}"></span>{html.escape(text)}</li>'
         for colour, text in legend(scene)
     )
-    for mark, text in (
-        ("{{title}}", title),
-        ("{{case}}", html.escape(case_text(scene))),
-        ("{{exaggeration}}", html.escape(exaggeration_text(scene))),
-        ("{{legend}}", entries),
-        ("{{data}}", json.dumps(data)),
-    ):
-        panel = panel.replace(mark, text)
+    texts = {
+        "title": title,
+        "case": html.escape(case_text(scene)),
+        "exaggeration": html.escape(exaggeration_text(scene)),
+        "legend": entries,
+        "data": json.dumps(data),
+    }
+    # in one pass: a title may itself hold such a mark
+    panel = re.sub(r"{{(\w+)}}", lambda found: texts[found[1]], panel)
     head = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n  '
     page = page.replace(_CONTROLLERS, "")
     page = page.replace("<title>Drake MeshCat</title>", f"{head}<title>{title}</title>", 1)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def animate(
     history: xarray.Dataset,
-    path: Path,
+    path: str | Path,
     settings: AnimationSettings | None = None,
     *,
     progress: Report | None = None,
@@ -36,6 +36,7 @@ def animate(
             needs is missing, or the file cannot be written. Nothing is written then.
 
     """
+    path = Path(path)
     settings = settings or AnimationSettings()
     check_settings(settings, path)
     check_directory(path.parent, "--out")

@@ -22,6 +22,7 @@ from drake_racket.io.fingerprint import digest
 from drake_racket.io.schema import read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, load_text
+from drake_racket.limbs.models import need_reader
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.limb import UpperLimbParameters, load_upper_limb
@@ -129,6 +130,7 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
         if settings.model == "upper_limb":
             limb = load_upper_limb(mass=settings.mass or None, height=settings.height or None)
         elif Path(settings.model).is_file():
+            need_reader(settings.model, f"{where}: limb.model")
             limb_hash = digest(Path(settings.model).read_bytes())
     return Case(scenario, racket, ball, grip, limb, limb_hash)
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from drake_racket.cli.case_options import BallFile, Settings, in_unit, with_options
-from drake_racket.cli.console import new_console, working
+from drake_racket.cli.console import ending_on_signals, new_console, showing, working
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error
 
 if TYPE_CHECKING:
+    from drake_racket.cases.case import Case
     from drake_racket.results.impact import ImpactResult
 
 
@@ -78,7 +80,6 @@ def impact(
     with working("loading"):
         from drake_racket.cases.case import load_scenario, resolve
         from drake_racket.parameters.scenario import Scenario
-        from drake_racket.simulation import simulate
 
     given = {
         "racket": racket,
@@ -99,14 +100,33 @@ def impact(
     suffixes = _history_formats(formats)
     if out is not None:
         check_directory(out, "--out")
-    with working("simulating"):
-        result = simulate(case)
+    result = _simulated(case)
     with working("writing"):
         written = [] if out is None else _write(result, out, suffixes)
     if as_json:
         print(json.dumps(result.to_json(), allow_nan=False))
     else:
         _print_summary(result, written)
+
+
+def _simulated(case: Case) -> ImpactResult:
+    """Runs the case; a slow or unstable one says so first, and then how far it is."""
+    from drake_racket.cases.effort import effort, unstable
+    from drake_racket.simulation import simulate
+
+    slow = effort(case).slow()
+    for text in (slow, unstable(case)):
+        if text:
+            print(f"drake-racket: {text}", file=sys.stderr, flush=True)
+    if not slow:
+        first = ": the first compiled run of an installation takes half a minute"
+        with working("simulating" + (first if case.scenario.engine == "compiled" else "")):
+            return simulate(case)
+    with (
+        ending_on_signals("nothing is written"),
+        showing(lambda p: f"{p.done:.1f} of {p.total:g} ms") as report,
+    ):
+        return simulate(case, progress=report)
 
 
 def _history_formats(text: str | None) -> list[str]:
@@ -122,7 +142,7 @@ def _history_formats(text: str | None) -> list[str]:
 
 
 def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
-    from drake_racket.io.files import write_figure, write_text
+    from drake_racket.io.files import figure_bytes, replace_file, write_text
     from drake_racket.io.numbers import json_text
     from drake_racket.plots import impact_figure
     from drake_racket.results.formats import write_history
@@ -132,9 +152,10 @@ def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
     try:
         out.mkdir(parents=True, exist_ok=True)
         paths = [out / f"impact.{suffix}" for suffix in (*suffixes, "png", "json")]
+        picture = figure_bytes(impact_figure(history), ".png")  # before anything is written
         for path in paths[:-2]:
             write_history(history, path)
-        write_figure(impact_figure(history), paths[-2])
+        replace_file(paths[-2], lambda temporary: temporary.write_bytes(picture))
         write_text(json_text(result.to_json(), indent=2), paths[-1])
     except OSError as error:
         raise directory_error(out, error, "--out") from None

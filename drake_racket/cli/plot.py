@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -77,20 +78,24 @@ def labels(paths: list[Path]) -> list[str]:
 
 
 def _draw_one(history: xarray.Dataset, out: Path, picture: str) -> None:
-    from drake_racket.io.files import write_figure
+    from drake_racket.io.files import figure_bytes, replace_file
     from drake_racket.plots.log.figures import LOG_FIGURES
 
+    missing = {figure.name: figure.lacks(history) for figure in LOG_FIGURES}
+    drawn: dict[str, bytes] = {}
+    for figure in LOG_FIGURES:  # all of them before any is written
+        if not missing[figure.name]:
+            with working(f"drawing {figure.name}"):
+                drawn[figure.name] = figure_bytes(figure.draw(history), picture)
     console = new_console()
-    for name, draw, lacks in LOG_FIGURES:
-        reason = lacks(history)
+    for name, reason in missing.items():
         if reason:
             console.print(f"no {name}: {escape(reason)}")
             continue
         path = out / f"{name}.{picture}"
         try:
-            with working(f"drawing {name}"):
-                out.mkdir(parents=True, exist_ok=True)
-                write_figure(draw(history), path)
+            out.mkdir(parents=True, exist_ok=True)
+            replace_file(path, partial(Path.write_bytes, data=drawn[name]))
         except OSError as error:
             raise directory_error(out, error, "--out") from None
         console.print(f"wrote {escape(str(path))}")

@@ -66,7 +66,7 @@ def known(rackets: Sequence[Assessed]) -> list[Number]:
 
 
 def write_comparison(
-    rackets: Sequence[Assessed], out: Path, base: Scenario, swing: Swing
+    rackets: Sequence[Assessed], out: str | Path, base: Scenario, swing: Swing
 ) -> list[Path]:
     """Writes compare.md, .html, .csv, .json and the figures into `out`, which is made.
 
@@ -74,6 +74,7 @@ def write_comparison(
         The files.
 
     """
+    out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     for name, (draw, _) in FIGURES.items():
         write_figure(draw(rackets), out / name)

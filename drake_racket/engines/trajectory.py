@@ -87,7 +87,9 @@ class LimbNumbers:
         bodies: numbers of its bodies.  massive: those that have mass.
         coordinates: names of its coordinates.  prismatic: those in m, not rad.
         position, velocity: places of the coordinates in q and in v.
-        springs: on its joints.  ranges: of its joints; None without passive limits.
+        springs: on its joints, and on others of its models.
+        ranges: of its joints; None without passive limits.
+        notes: what a user should know about how the limb was read.
 
     """
 
@@ -99,6 +101,7 @@ class LimbNumbers:
     velocity: NDArray[np.int64]
     springs: JointSprings
     ranges: JointRanges | None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ class CsvText:
         return None
 
 
-def read_csv_text(path: Path, most_bytes: int) -> CsvText:
+def read_csv_text(path: str | Path, most_bytes: int) -> CsvText:
     """Reads a file: UTF-8, UTF-16 with its mark, or else Windows-1252; lines that end in any way.
 
     Lines that begin with # are comments. NUL bytes and Ctrl-Z at the end are padding.
@@ -113,6 +113,7 @@ def read_csv_text(path: Path, most_bytes: int) -> CsvText:
             told.
 
     """
+    path = Path(path)
     where = str(path)
     try:
         with path.open("rb") as file:  # not stat: pipes and devices have no size

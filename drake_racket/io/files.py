@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import importlib
 import io
 import os
 import re
 import tempfile
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,13 +22,14 @@ if TYPE_CHECKING:
     import xarray
 
 
-def check_directory(path: Path, key: str) -> None:
+def check_directory(path: str | Path, key: str) -> None:
     """Refuses a directory that cannot be made or written, before any work is done for it.
 
     Raises:
         InputError: naming `key`, the option or argument that gave the path.
 
     """
+    path = Path(path)
     try:
         parent = path
         while not parent.exists() and parent != parent.parent:
@@ -43,8 +46,9 @@ def directory_error(path: Path, error: OSError, key: str) -> InputError:
     return InputError(key, str(path), f"a directory that can be written ({reason})")
 
 
-def replace_file(path: Path, write: Callable[[Path], Any]) -> None:
+def replace_file(path: str | Path, write: Callable[[Path], Any]) -> None:
     """Calls `write` with a temporary name beside `path` (same suffix), then renames."""
+    path = Path(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
     try:
         write(temporary)
@@ -67,13 +71,15 @@ def meant_for(path: Path) -> Path:
 _TEMPORARY = re.compile(r"\.(?P<stem>.+)\.[0-9]+\.tmp(?P<suffix>\.[^.]+|)")
 
 
-def write_text(text: str, path: Path) -> None:
+def write_text(text: str, path: str | Path) -> None:
     """Writes UTF-8 text."""
+    path = Path(path)
     replace_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
-def write_netcdf(dataset: xarray.Dataset, path: Path) -> None:
+def write_netcdf(dataset: xarray.Dataset, path: str | Path) -> None:
     """Writes a dataset as NetCDF 4."""
+    path = Path(path)
     content = netcdf_bytes(dataset)
     replace_file(path, lambda temporary: temporary.write_bytes(content))
 
@@ -97,8 +103,9 @@ def read_netcdf(content: bytes) -> xarray.Dataset:
     return xarray.load_dataset(io.BytesIO(content), engine="h5netcdf")
 
 
-def write_csv(dataset: xarray.Dataset, path: Path) -> None:
+def write_csv(dataset: xarray.Dataset, path: str | Path) -> None:
     """Writes a time history as CSV; columns `name [unit]` or `name_part [unit]`."""
+    path = Path(path)
     columns: dict[str, NDArray[np.float64]] = {"time [s]": dataset["time"].to_numpy()}
     for name, variable in dataset.data_vars.items():
         units = variable.attrs["units"]
@@ -108,26 +115,44 @@ def write_csv(dataset: xarray.Dataset, path: Path) -> None:
         for label in dataset[variable.dims[1]].to_numpy():
             part = variable.sel({variable.dims[1]: label})
             columns[f"{name}_{label} [{units}]"] = part.to_numpy()
-    header = ",".join(columns)
+    header = io.StringIO()
+    csv.writer(header, lineterminator="\n").writerow(columns)  # quotes a name with a comma
     table = np.column_stack(list(columns.values()))
 
     def write(temporary: Path) -> None:
-        np.savetxt(temporary, table, delimiter=",", header=header, comments="", fmt="%.12g")
+        with temporary.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(header.getvalue())
+            np.savetxt(file, table, delimiter=",", fmt="%.12g")
 
     replace_file(path, write)
 
 
-def write_table(dataset: xarray.Dataset, path: Path) -> None:
+def write_table(dataset: xarray.Dataset, path: str | Path) -> None:
     """Writes a dataset of cases as CSV, one row per case; columns `name [unit]`.
 
     Every variable must have the same dimensions; the coordinates come first.
     """
+    path = Path(path)
     units = {str(n): str(v.attrs.get("units", "")) for n, v in dataset.variables.items()}
     frame = dataset.to_dataframe().reset_index()
     frame.columns = [f"{n} [{units[n]}]" if units.get(n) else n for n in map(str, frame.columns)]
     replace_file(path, lambda temporary: frame.to_csv(temporary, index=False))
 
 
-def write_figure(figure: Any, path: Path) -> None:
+def write_figure(figure: Any, path: str | Path) -> None:
     """Writes a figure; the suffix of `path` gives the format."""
-    replace_file(path, lambda temporary: figure.savefig(temporary, dpi=150))
+    path = Path(path)
+    content = figure_bytes(figure, path.suffix)
+    replace_file(path, lambda temporary: temporary.write_bytes(content))
+
+
+def figure_bytes(figure: Any, suffix: str) -> bytes:
+    """Gives a figure as the bytes of a file with that suffix.
+
+    A letter that the font lacks (of another script, in a name) is drawn as a box, without a word.
+    """
+    content = io.BytesIO()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        figure.savefig(content, format=suffix.removeprefix("."), dpi=150)
+    return content.getvalue()

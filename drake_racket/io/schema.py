@@ -34,7 +34,19 @@ T = TypeVar("T")
 Vector = tuple[float, ...]
 
 
-class Schema:
+class _Named(type):
+    """Refuses an unknown keyword as an unknown key of a file is refused."""
+
+    def __call__(cls, *args: Any, **keywords: Any) -> Any:
+        if dataclasses.is_dataclass(cls):
+            names = [f.name for f in dataclasses.fields(cls) if f.init]
+            for keyword in keywords:
+                if keyword not in names:
+                    raise _unknown(f"{cls.__name__}: {keyword}", keyword, ", ".join(names))
+        return super().__call__(*args, **keywords)
+
+
+class Schema(metaclass=_Named):
     """The Schema is the base of all: unknown keys are refused, objects are checked like data."""
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(
@@ -239,10 +251,7 @@ def _translated(error: ValidationError, schema: Any, where: str) -> InputError:
         refused = first["ctx"]["error"]
         return InputError(key + refused.below, refused.value, refused.allowed)
     if kind == "unexpected_keyword_argument":
-        names = _names(_at(schema, place[:-1]))
-        near = difflib.get_close_matches(str(place[-1]), names.split(", "), n=1)
-        allowed = f"{near[0]} (of {names})" if near else names
-        return InputError(key, "an unknown key", allowed)
+        return _unknown(key, str(place[-1]), _names(_at(schema, place[:-1])))
     if kind == "missing":
         return InputError(key, "nothing", "this key must be given")
     if kind == "dataclass_type":
@@ -252,6 +261,13 @@ def _translated(error: ValidationError, schema: Any, where: str) -> InputError:
     if kind in ("dict_type", "mapping_type"):
         return InputError(key, value, "a mapping")
     return InputError(key, value, first["msg"])
+
+
+def _unknown(key: str, name: str, names: str) -> InputError:
+    """The error of a name that is none of `names`; it says which one is near."""
+    near = difflib.get_close_matches(name, names.split(", "), n=1)
+    allowed = f"{near[0]} (of {names})" if near else names
+    return InputError(key, "an unknown key", allowed)
 
 
 def _dotted(place: tuple[int | str, ...]) -> str:

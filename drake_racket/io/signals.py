@@ -70,7 +70,7 @@ class Signal:
 
 
 def read_signal(
-    path: Path,
+    path: str | Path,
     name: str,
     unit: str,
     *,
@@ -90,6 +90,7 @@ def read_signal(
             few samples, or too far apart.
 
     """
+    path = Path(path)
     table = CsvTable.read(path, MOST_LINES, MAX_BYTES)
     time, value = table.numbers("time", "s"), table.numbers(name, unit)
     if len(time) < fewest:

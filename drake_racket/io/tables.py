@@ -71,7 +71,7 @@ class CsvTable:
     decimal: str
 
     @classmethod
-    def read(cls, path: Path, most_rows: int, most_bytes: int = MAX_BYTES) -> CsvTable:
+    def read(cls, path: str | Path, most_rows: int, most_bytes: int = MAX_BYTES) -> CsvTable:
         """Reads a file.
 
         Raises:
@@ -80,6 +80,7 @@ class CsvTable:
                 decimal points.
 
         """
+        path = Path(path)
         text = read_csv_text(path, most_bytes)
         names = text.header()
         lines, rows = _rows(text, len(names))

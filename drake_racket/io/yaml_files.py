@@ -107,13 +107,14 @@ def shipped_or_path(
     return data_directory() / f"{prefix}{text}.yaml"
 
 
-def load_file(path: Path, schema: type[T]) -> T:
+def load_file(path: str | Path, schema: type[T]) -> T:
     """Reads a YAML file into the frozen dataclass `schema`; see `schema.read`.
 
     Raises:
         InputError: the file cannot be read, is not YAML, or does not fit the schema.
 
     """
+    path = Path(path)
     return load_text(read_text(path), schema, where=str(path))
 
 
@@ -132,13 +133,14 @@ def _load(text: str, schema: Any, where: str) -> Any:
     return read(tree, schema, where)
 
 
-def read_text(path: Path, most: int = MAX_BYTES) -> str:
+def read_text(path: str | Path, most: int = MAX_BYTES) -> str:
     """Reads the text of a YAML file of at most `most` bytes, in UTF-8.
 
     Raises:
         InputError: the file cannot be read, is large, or is no such text.
 
     """
+    path = Path(path)
     try:
         with path.open("rb") as file:  # not stat: /dev/zero and pipes have no size
             data = file.read(most + 1)

@@ -1,4 +1,5 @@
 from .limb import Limb as Limb
+from .limb import Tie as Tie
 from .limits import add_joint_limits as add_joint_limits
 from .limits import limit_law as limit_law
 from .models import add_limb_model as add_limb_model
@@ -10,6 +11,8 @@ from .mujoco.model import load_model as load_model
 from .mujoco.model import mujoco_package as mujoco_package
 from .mujoco.model import quiet_mujoco as quiet_mujoco
 from .mujoco.tree import pose as pose
+from .opensim.importer import OpenSimLimb as OpenSimLimb
+from .opensim.importer import import_opensim as import_opensim
 from .stroke import apply_stroke as apply_stroke
 from .stroke import solve_stroke as solve_stroke
 from .torques import add_joint_torques as add_joint_torques

@@ -30,17 +30,18 @@ def LimbPower_(T: Any) -> Any:
         Output ports:
             power (3): of the torques, lost in the joints' dampers, lost at the joints' limits (W).
         Numeric parameters:
-            0 damping (n) of the joints (N m s/rad).
+            0 damping (n + m) of the joints (N m s/rad): the limb's, then others of its models.
         """
 
         def _construct(
-            self, states: int, velocities: Any, damping: Any, converter: Any = None
+            self, states: int, velocities: Any, torques: int, damping: Any, converter: Any = None
         ) -> None:
             LeafSystem_[T].__init__(self, converter)
             self.states, self.velocities, self.damping = states, velocities, damping
             self.DeclareNumericParameter(BasicVector_[T](np.array([T(float(d)) for d in damping])))
             self._state = self.DeclareVectorInputPort("state", states)
-            self._torques = self.DeclareVectorInputPort("torques", len(velocities))
+            self.torques = torques
+            self._torques = self.DeclareVectorInputPort("torques", torques)
             self._limits = self.DeclareVectorInputPort("limit_power", 1)
             inputs = (self._state, self._torques, self._limits)
             needs = {self.all_parameters_ticket(), *(port.ticket() for port in inputs)}
@@ -48,7 +49,12 @@ def LimbPower_(T: Any) -> Any:
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(
-                self, other.states, other.velocities, other.damping, converter=converter
+                self,
+                other.states,
+                other.velocities,
+                other.torques,
+                other.damping,
+                converter=converter,
             )
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
@@ -57,7 +63,7 @@ def LimbPower_(T: Any) -> Any:
         def _calc_power(self, context: Any, output: Any) -> None:
             rates = self._state.Eval(context)[self.velocities]
             damping = context.get_numeric_parameter(0).CopyToVector()
-            output[TORQUE_WORK] = self._torques.Eval(context) @ rates
+            output[TORQUE_WORK] = self._torques.Eval(context) @ rates[: self.torques]
             output[LOST_JOINTS] = damping @ (rates * rates)
             limits = self._limits
             output[LOST_LIMITS] = limits.Eval(context)[0] if limits.HasValue(context) else T(0.0)
@@ -69,10 +75,19 @@ LimbPower = on_float(LimbPower_)
 
 
 def make_limb_power(plant: MultibodyPlant, limb: Limb) -> Any:
-    """Gives a LimbPower for `limb` of the finalized `plant`, with the dampings of its joints."""
-    damping = np.concatenate([joint.default_damping_vector() for joint in limb.joints])
-    velocities = plant.num_positions() + limb.velocity_indices()
-    return LimbPower(plant.num_multibody_states(), velocities, damping)
+    """Gives a LimbPower for `limb` of the finalized `plant`, with the dampings of its joints.
+
+    And of those off the chain, whose losses the balance needs as well.
+    """
+    joints = [*limb.joints, *limb.others()]
+    damping = np.concatenate([joint.default_damping_vector() for joint in joints])
+    velocities = np.concatenate(
+        [j.velocity_start() + np.arange(j.num_velocities()) for j in joints]
+    )
+    torques = sum(joint.num_velocities() for joint in limb.joints)
+    return LimbPower(
+        plant.num_multibody_states(), plant.num_positions() + velocities, torques, damping
+    )
 
 
 def limb_bodies(limb: Limb, plant: MultibodyPlant) -> list[RigidBody]:

@@ -8,7 +8,6 @@ import logging
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
 from pydrake.math import RigidTransform, RotationMatrix
@@ -19,6 +18,8 @@ from pydrake.systems.primitives import Integrator
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.schema import shown
+from drake_racket.limbs.files.joints import settle_joints
+from drake_racket.limbs.inertia import check_inertia
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.limits import add_joint_limits
 from drake_racket.limbs.models import LimbBuilder, add_limb_model, find_limb
@@ -49,22 +50,46 @@ def add_striking_limb(
     """
     if builder is not None:
         made = builder(plant)
-        if isinstance(made, Limb):
-            return made
-        if made is None or not hasattr(made, "body"):
-            raise InputError("limb", made, "a function that returns a Limb or the hand's Frame")
-        return find_limb(plant, made)
+        if not isinstance(made, Limb):
+            if made is None or not hasattr(made, "body"):
+                raise InputError("limb", made, "a function that returns a Limb or the hand's Frame")
+            made = find_limb(plant, made)
+        _check_constraints(plant, made)
+        return settle_joints(plant, made, locked=settings.locked, initial_deg=settings.initial_deg)
     turned = RotationMatrix.MakeZRotation(math.radians(settings.trunk_azimuth_deg))
     X_WF = RigidTransform(turned, settings.place)
     if settings.model == "upper_limb":
-        return add_upper_limb(
+        limb = add_upper_limb(
             plant,
             shipped or load_upper_limb(mass=settings.mass or None, height=settings.height or None),
             side=settings.side,
             X_PF=X_WF,
             grip_rotation=math.radians(settings.grip_rotation_deg),
         )
-    return add_limb_model(plant, Path(settings.model), settings.hand, base=settings.base, X_WB=X_WF)
+        return settle_joints(plant, limb, locked=settings.locked, initial_deg=settings.initial_deg)
+    return add_limb_model(
+        plant,
+        settings.model,
+        settings.hand,
+        base=settings.base,
+        X_WB=X_WF,
+        locked=settings.locked,
+        initial_deg=settings.initial_deg,
+        packages=settings.packages,
+        keyframe=settings.keyframe,
+    )
+
+
+def _check_constraints(plant: MultibodyPlant, limb: Limb) -> None:
+    """Refuses constraints of a user's plant that the limb's kinematics would not see."""
+    unseen = plant.num_constraints() - len(limb.ties)
+    if unseen > 0:
+        raise InputError(
+            "limb: the plant",
+            f"{unseen} constraints",
+            "none but coupler constraints that its Limb names (find_limb(..., ties=...)), or the"
+            " model as a file, whose constraints are read",
+        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -124,8 +149,10 @@ class StrikingLimb:
                 settings.stroke,
                 held_frame=grip.racket_frame if grip.joint is None else None,
             )
-            self._strokes[key] = state
         apply_stroke(plant, context, self.limb, racket, state)
+        if key not in self._strokes:
+            check_inertia(plant, context, self.limb)
+            self._strokes[key] = state
         if self.torques.source is not None:
             torques = initial_torques(settings.joint_torques, plant, context, self.limb, racket)
             self.torques.set(root, torques)
@@ -195,5 +222,8 @@ def wire_striking_limb(
 
 def _takes_limits(limb: Limb, settings: LimbSettings) -> bool:
     """Whether passive limits are asked for, known (the shipped limb's), and not Drake's own."""
-    known = tuple(limb.joint_names()) == tuple(JOINTS)
+    names = limb.joint_names()
+    known = names == [n for n in JOINTS if n in names] and len(names) == len(JOINTS) - len(
+        set(settings.locked) & set(JOINTS)
+    )
     return settings.limits and known and limb.plant.time_step() == 0.0

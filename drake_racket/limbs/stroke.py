@@ -15,6 +15,7 @@ from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
+from drake_racket.limbs.chain import chain_shares
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.stroke_position import (
     TOLERANCE,
@@ -76,7 +77,9 @@ def solve_stroke(
 
     The racket is rigid: its own joints rest at zero, and so does a joint between it and the hand.
     The posture is the one nearest to the guess (sum of squares), the velocity the one with the
-    least sum of squared joint rates. Equal arguments give equal bits.
+    least sum of squared joint rates within their limits; where other parts of the model hang on
+    the chain (a head, another arm), rates of the joints that carry them count for more, by the
+    root of all that they move over what of it is on the chain. Equal arguments give equal bits.
 
     Args:
         plant: finalized, with the limb and the racket.
@@ -102,11 +105,11 @@ def solve_stroke(
     names = coordinate_names(limb)
     posture = _posture(hand, stroke, _guess(hand, names, stroke.guess_deg))
     hand.set_positions(posture.q)
-    motion = _motion(hand, stroke, names)
+    motion = _motion(hand, stroke)
     return StrokeState(
         names=names,
-        q=posture.q,
-        v=motion.v,
+        q=plant.GetPositions(scratch)[limb.position_indices()],
+        v=hand.velocities(motion.v)[limb.velocity_indices()],
         pose_residual=posture.residual,
         velocity_residual=motion.residual,
         pose_freedom=posture.freedom,
@@ -137,6 +140,10 @@ def apply_stroke(
         raise InputError("apply_stroke: state", state.names, "a state of this limb")
     q, v = plant.GetPositions(context), plant.GetVelocities(context)
     q[limb.position_indices()], v[limb.velocity_indices()] = state.q, state.v
+    for tie in limb.ties:
+        leader = q[tie.leader.position_start()], v[tie.leader.velocity_start()]
+        q[tie.follower.position_start()] = tie.ratio * leader[0] + tie.offset
+        v[tie.follower.velocity_start()] = tie.ratio * leader[1]
     plant.SetPositions(context, q)
     plant.SetVelocities(context, v)
     _rest(plant, context, racket_joints(limb, racket.model_instance))
@@ -209,9 +216,15 @@ def _guess(hand: HandKinematics, names: tuple[str, ...], guess_deg: dict[str, fl
     for name in guess_deg:
         if name not in names:
             raise InputError(f"stroke: guess_deg.{name}", "an unknown joint", ", ".join(names))
-    kinds = [j.type_name() for j in hand.limb.joints for _ in range(j.num_positions())]
+    kinds = [j.type_name() for j in hand.joints for _ in range(j.num_positions())]
     start = hand.plant.GetPositions(hand.plant.CreateDefaultContext())[hand.where]
     guess: Vector = np.clip(start, hand.lower, hand.upper)
+    own = hand.plant.GetPositionNames(add_model_instance_prefix=False, always_add_suffix=False)
+    names = tuple(own[i] for i in hand.where)
+    for name in guess_deg:
+        if name not in names:
+            allowed = f"the joint that it follows (mimic): {', '.join(names)}"
+            raise InputError(f"stroke: guess_deg.{name}", "a joint that follows another", allowed)
     for i, (name, kind) in enumerate(zip(names, kinds, strict=True)):
         if name not in guess_deg:
             continue
@@ -251,13 +264,15 @@ def _posture(hand: HandKinematics, stroke: Stroke, guess: Vector) -> Posture:
     )
 
 
-def _motion(hand: HandKinematics, stroke: Stroke, names: tuple[str, ...]) -> JointVelocities:
+def _motion(hand: HandKinematics, stroke: Stroke) -> JointVelocities:
     """Joint velocities in the posture that `hand` is in."""
     J, wanted = hand.jacobian(of_rates=False), stroke.velocity_target()
-    motion = find_joint_velocities(J, wanted)
+    bounds = (hand.slowest, hand.fastest) if stroke.rate_limits else None
+    weights = _weights(hand)
+    motion = find_joint_velocities(J, wanted, weights=weights, bounds=bounds)
     if not motion.met:
         linear = np.concatenate([np.full(3, math.nan), wanted[3:]])
-        alone = find_joint_velocities(J, linear)
+        alone = find_joint_velocities(J, linear, weights=weights)
         if not alone.met:
             raise InputError(
                 "stroke: speed, velocity_elevation_deg, velocity_azimuth_deg",
@@ -271,18 +286,32 @@ def _motion(hand: HandKinematics, stroke: Stroke, names: tuple[str, ...]) -> Joi
             "one that the limb can give in this posture along with the linear velocity; nearest "
             f"{_text((J @ motion.v)[:3])} rad/s with {_text((J @ motion.v)[3:])} m/s",
         )
-    where = hand.limb.velocity_indices()
-    least = hand.plant.GetVelocityLowerLimits()[where]
-    most = hand.plant.GetVelocityUpperLimits()[where]
-    for name, rate, low, high in zip(names, motion.v, least, most, strict=True):
+    if bounds is not None:
+        _check_rates(hand, motion.v)
+    return motion
+
+
+def _weights(hand: HandKinematics) -> Vector:
+    """How dear a joint's rate is: the root of what it moves over what of that is on the chain.
+
+    1 in a model without branches. A trunk that carries a second arm and a head turns less.
+    """
+    share = chain_shares(hand.limb)
+    return np.concatenate(
+        [np.full(joint.num_velocities(), share[joint.name()] ** 0.5) for joint in hand.joints]
+    )
+
+
+def _check_rates(hand: HandKinematics, rates: Vector) -> None:
+    names = hand.plant.GetVelocityNames(add_model_instance_prefix=False, always_add_suffix=False)
+    for i, rate, low, high in zip(hand.rates, rates, hand.slowest, hand.fastest, strict=True):
         if not low <= rate <= high:
             raise InputError(
-                f"stroke: speed, angular_velocity (rate of joint {name})",
+                f"stroke: speed, angular_velocity (rate of joint {names[i]})",
                 round(float(rate), 6),
-                f"the joint's range of rates, {low:g} to {high:g} (the least sum of squared rates "
-                "that meets the stroke goes beyond it)",
+                f"the joint's range of rates, {low:g} to {high:g} (no rates within the joints'"
+                " ranges meet the stroke; rate_limits: false ignores them)",
             )
-    return motion
 
 
 def _text(values: Vector) -> str:

@@ -16,6 +16,7 @@ from pydrake.multibody.tree import Frame, JacobianWrtVariable
 from pydrake.solvers import SnoptSolver
 from pydrake.systems.framework import Context
 
+from drake_racket.limbs.files.joints import unknown_rates
 from drake_racket.limbs.limb import Limb
 from drake_racket.parameters.stroke import PoseTarget, Vector, face_angles
 
@@ -35,20 +36,63 @@ class HandKinematics:
 
     A racket in a compliant grip moves as if it were rigid in the hand, since that is how a stroke
     starts. The joints of the racket, if the limb carries them, must be at rest in `context`.
+
+    Its coordinates q are those of the chain that follow no other joint; joints that are tied to one
+    of them go with it.
     """
 
     def __init__(self, limb: Limb, context: Context, X_HC: RigidTransform) -> None:
         self.limb, self.plant, self.context, self.X_HC = limb, limb.plant, context, X_HC
-        self.where = limb.position_indices()
-        self.lower = self.plant.GetPositionLowerLimits()[self.where]
-        self.upper = self.plant.GetPositionUpperLimits()[self.where]
+        following = {tie.follower.index() for tie in limb.ties}
+        self.joints = [joint for joint in limb.joints if joint.index() not in following]
+        self.where = np.concatenate(
+            [j.position_start() + np.arange(j.num_positions()) for j in self.joints]
+        )
+        self.rates = np.concatenate(
+            [j.velocity_start() + np.arange(j.num_velocities()) for j in self.joints]
+        )
+        low, high = self.plant.GetPositionLowerLimits(), self.plant.GetPositionUpperLimits()
+        self.lower, self.upper = self._bounds(low, high, "position_start")
+        low, high = self.plant.GetVelocityLowerLimits(), self.plant.GetVelocityUpperLimits()
+        for joint in limb.joints:
+            if unknown_rates(joint):
+                at = joint.velocity_start()
+                low[at : at + joint.num_velocities()] = -np.inf
+                high[at : at + joint.num_velocities()] = np.inf
+        self.slowest, self.fastest = self._bounds(low, high, "velocity_start")
         self.evaluations = 0
+
+    def _bounds(self, low: Vector, high: Vector, start: str) -> tuple[Vector, Vector]:
+        """Bounds of q or its rates, within which the joints that follow keep theirs too."""
+        where = self.where if start == "position_start" else self.rates
+        lower, upper = low[where], high[where]
+        for tie in self.limb.ties:
+            at = list(where).index(getattr(tie.leader, start)())
+            offset = tie.offset if start == "position_start" else 0.0
+            if tie.ratio == 0.0:
+                continue
+            follower = getattr(tie.follower, start)()
+            ends = sorted((bound[follower] - offset) / tie.ratio for bound in (low, high))
+            lower[at], upper[at] = max(lower[at], ends[0]), min(upper[at], ends[1])
+        return lower, upper
 
     def set_positions(self, q: Vector) -> None:
         """Sets the limb's joint positions."""
         everything = self.plant.GetPositions(self.context)
         everything[self.where] = q
+        for tie in self.limb.ties:
+            leader = everything[tie.leader.position_start()]
+            everything[tie.follower.position_start()] = tie.ratio * leader + tie.offset
         self.plant.SetPositions(self.context, everything)
+
+    def velocities(self, rates: Vector) -> Vector:
+        """Gives the plant's v with the rates of q, all other joints but those tied at rest."""
+        everything = np.zeros(self.plant.num_velocities())
+        everything[self.rates] = rates
+        for tie in self.limb.ties:
+            leader = everything[tie.leader.velocity_start()]
+            everything[tie.follower.velocity_start()] = tie.ratio * leader
+        return everything
 
     def pose(self, q: Vector) -> RigidTransform:
         """Gives X_WC at limb positions q."""
@@ -63,9 +107,12 @@ class HandKinematics:
         whole = self.plant.CalcJacobianSpatialVelocity(
             self.context, kind, self.limb.hand, self.X_HC.translation(), world, world
         )
-        return np.asarray(
-            whole[:, self.where if of_rates else self.limb.velocity_indices()], dtype=float
-        )
+        columns = np.asarray(whole[:, self.where if of_rates else self.rates], dtype=float)
+        start = "position_start" if of_rates else "velocity_start"
+        for tie in self.limb.ties:
+            at = list(self.where if of_rates else self.rates).index(getattr(tie.leader, start)())
+            columns[:, at] += tie.ratio * whole[:, getattr(tie.follower, start)()]
+        return columns
 
 
 @dataclass(frozen=True)
@@ -122,10 +169,14 @@ def _problem(hand: HandKinematics, target: PoseTarget, guess: Vector) -> Inverse
     plant, H, W = hand.plant, hand.limb.hand, hand.plant.world_frame()
     problem = InverseKinematics(plant, hand.context, with_joint_limits=True)
     program, q = problem.prog(), problem.q()
-    others = np.setdiff1d(np.arange(plant.num_positions()), hand.where)
+    tied = [tie.follower.position_start() for tie in hand.limb.ties]
+    others = np.setdiff1d(np.arange(plant.num_positions()), [*hand.where, *tied])
     if len(others):
         held = plant.GetPositions(hand.context)[others]
         program.AddBoundingBoxConstraint(held, held, q[others])
+    for tie in hand.limb.ties:
+        pair = q[[tie.follower.position_start(), tie.leader.position_start()]]
+        program.AddLinearEqualityConstraint(np.array([[1.0, -tie.ratio]]), [tie.offset], pair)
     program.AddQuadraticErrorCost(np.eye(len(guess)), guess, q[hand.where])
     asked = ~np.isnan(target.position)
     if asked.any():

@@ -35,25 +35,75 @@ class JointVelocities:
     met: bool
 
 
-def find_joint_velocities(J: Vector, V_WC: Vector) -> JointVelocities:
-    """Gives least squares of J v = V_WC, and of its solutions the one with the least sum of v^2.
+def find_joint_velocities(
+    J: Vector,
+    V_WC: Vector,
+    *,
+    weights: Vector | None = None,
+    bounds: tuple[Vector, Vector] | None = None,
+) -> JointVelocities:
+    """Gives least squares of J v = V_WC; of its solutions the one with the least sum of (w v)^2.
 
-    The plain norm, not one weighted by masses: how the racket is held (welded, by a bushing) then
-    does not change the arm's motion. Free components put no row into the system.
+    With bounds, of its solutions within them, if there are any; else that without them.
+
+    Not a norm weighted by all masses: how the racket is held (welded, by a bushing) then does not
+    change the arm's motion. Free components put no row into the system.
 
     Args:
         J: (6, n) V_WC in W per joint velocity: three rows of rotation, three of translation.
         V_WC: (6,) what is wanted; NaN is free.
+        weights: (n,) w, above 0; 1 if None.
+        bounds: (n,) lowest and highest joint velocities; -inf and inf where there are none.
 
     """
     asked = ~np.isnan(V_WC)
-    A, b = J[asked], V_WC[asked]
+    w = np.ones(J.shape[1]) if weights is None else weights
+    A, b = J[asked] / w, V_WC[asked]
     if len(b) == 0:
         return JointVelocities(np.zeros(J.shape[1]), b, J.shape[1], met=True)
     first, _, rank, _ = np.linalg.lstsq(A, b, rcond=RANK_TOLERANCE)
     # once more on what round-off left
-    v: Vector = first + np.linalg.lstsq(A, b - A @ first, rcond=RANK_TOLERANCE)[0]
-    residual: Vector = A @ v - b
+    scaled: Vector = first + np.linalg.lstsq(A, b - A @ first, rcond=RANK_TOLERANCE)[0]
+    if bounds is not None and not _inside(scaled, bounds[0] * w, bounds[1] * w):
+        within = _bounded(A, scaled, int(rank), bounds[0] * w, bounds[1] * w)
+        scaled = scaled if within is None else within
+    residual: Vector = A @ scaled - b
     scale = max(1.0, float(np.abs(b).max()))
     met = bool(np.abs(residual).max() <= TOLERANCE * scale)
-    return JointVelocities(v, residual, J.shape[1] - int(rank), met)
+    return JointVelocities(scaled / w, residual, J.shape[1] - int(rank), met)
+
+
+def _inside(x: Vector, low: Vector, high: Vector) -> bool:
+    return bool(np.all((low <= x) & (x <= high)))
+
+
+def _bounded(A: Vector, x: Vector, rank: int, low: Vector, high: Vector) -> Vector | None:
+    """The least |x'|^2 with A x' = A x and low <= x' <= high; None if there is none.
+
+    x is the least without bounds, so x' = x + N y with the null space N, and the least |y|^2 with
+    G y >= h is what Lawson and Hanson's LDP finds by non-negative least squares (Solving Least
+    Squares Problems, 1974, ch. 23). Joints at their bounds are then put there exactly.
+    """
+    from scipy.optimize import nnls  # slow to import, and rarely needed
+
+    N = np.linalg.svd(A)[2][rank:].T
+    rows = [(N, low - x), (-N, x - high)]
+    G, h = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    G, h = G[np.isfinite(h)], h[np.isfinite(h)]
+    E = np.vstack([G.T, h])
+    f = np.zeros(len(E))
+    f[-1] = 1.0
+    r = E @ nnls(E, f)[0] - f
+    if np.linalg.norm(r) < 1e-9 or r[-1] == 0.0:
+        return None
+    found: Vector = x + N @ (-r[:-1] / r[-1])
+    slack = 1e-9 * max(1.0, float(np.abs(found).max()))
+    if not _inside(found, low - slack, high + slack):
+        return None
+    at = (found < low + slack) | (found > high - slack)
+    fixed = np.where(found < low + slack, low, high)
+    exact = np.where(at, fixed, found)
+    left = A @ x - A @ exact
+    exact[~at] += np.linalg.lstsq(A[:, ~at], left, rcond=RANK_TOLERANCE)[0]
+    close = np.abs(A @ exact - A @ x).max() <= TOLERANCE * max(1.0, float(np.abs(A @ x).max()))
+    return exact if close and _inside(exact, low, high) else np.clip(found, low, high)

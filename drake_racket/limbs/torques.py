@@ -52,15 +52,31 @@ def hold_torques(plant: MultibodyPlant, context: Context, limb: Limb) -> Vector:
     """Computes torques (n,) under which the limb's joints do not accelerate; all else is free.
 
     With M v' + b = S tau, b from inverse dynamics at v' = 0, and v'_L = 0, the others follow from
-    M_RR v'_R = -b_R, and tau = M_LR v'_R + b_L.
+    M_RR v'_R = -b_R, and tau = M_LR v'_R + b_L. A joint that is tied to one of the limb's rests
+    with it, and is held through its tie by the leader's torque.
     """
     ours = limb.velocity_indices()
-    others = np.setdiff1d(np.arange(plant.num_velocities()), ours)
+    tied = [tie.follower.velocity_start() for tie in limb.ties]
+    others = np.setdiff1d(np.arange(plant.num_velocities()), [*ours, *tied])
     bias = _inverse_dynamics(plant, context, np.zeros(plant.num_velocities()))
     M = plant.CalcMassMatrix(context)
     rates = np.linalg.solve(M[np.ix_(others, others)], -bias[others])
-    torques: Vector = M[np.ix_(ours, others)] @ rates + bias[ours]
-    return torques
+    forces = bias.copy()
+    for held in (ours, tied):
+        forces[held] = M[np.ix_(held, others)] @ rates + bias[held]
+    return _through_ties(limb, forces)[ours]
+
+
+def _through_ties(limb: Limb, forces: Vector) -> Vector:
+    """The generalized forces (nv,) with those of tied joints given to the joints they follow."""
+    if not limb.ties:
+        return forces
+    moved = forces.copy()
+    for tie in limb.ties:
+        follower = tie.follower.velocity_start()
+        moved[tie.leader.velocity_start()] += tie.ratio * forces[follower]
+        moved[follower] = 0.0
+    return moved
 
 
 def carry_torques(plant: MultibodyPlant, context: Context, limb: Limb, racket: Racket) -> Vector:
@@ -73,7 +89,7 @@ def carry_torques(plant: MultibodyPlant, context: Context, limb: Limb, racket: R
     ours, handle = limb.velocity_indices(), racket.handle
     vdot = np.zeros(plant.num_velocities())
     if not handle.is_floating_base_body():
-        return _inverse_dynamics(plant, context, vdot)[ours]
+        return _through_ties(limb, _inverse_dynamics(plant, context, vdot))[ours]
     world, hand = plant.world_frame(), limb.hand
     p_HoBo = handle.body_frame().CalcPose(context, hand).translation()
     bias = plant.CalcBiasSpatialAcceleration(
@@ -85,8 +101,8 @@ def carry_torques(plant: MultibodyPlant, context: Context, limb: Limb, racket: R
     J = plant.CalcJacobianSpatialVelocity(
         context, JacobianWrtVariable.kV, hand, p_HoBo, world, world
     )
-    torques: Vector = forces[ours] + J[:, ours].T @ forces[start : start + 6]
-    return torques
+    forces[ours] = forces[ours] + J[:, ours].T @ forces[start : start + 6]
+    return _through_ties(limb, forces)[ours]
 
 
 def _inverse_dynamics(plant: MultibodyPlant, context: Context, vdot: Vector) -> Vector:

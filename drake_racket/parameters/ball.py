@@ -46,8 +46,9 @@ def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
     return read_ball(shipped_or_path(ball, "ball", BALLS, "ball_"))
 
 
-def read_ball(path: Path) -> BallParameters:
+def read_ball(path: str | Path) -> BallParameters:
     """Reads and checks one ball file; raises InputError."""
+    path = Path(path)
     ball = load_file(path, BallParameters)
     _check_whole(ball, str(path))
     return ball

@@ -86,13 +86,14 @@ def load_grip(grip: str | os.PathLike[str] = "normal") -> GripStiffness:
     return loaded
 
 
-def write_grip(grip: GripStiffness, path: Path) -> None:
+def write_grip(grip: GripStiffness, path: str | Path) -> None:
     """Writes a grip's file, for `load_grip` and scenarios.
 
     Raises:
         InputError: the grip is not valid.
 
     """
+    path = Path(path)
     check_grip(grip)
     text = dump_text(dataclasses.asdict(grip))
     write_text(text, path)

@@ -19,14 +19,21 @@ class LimbSettings(Schema):
 
     Attributes:
         model: `upper_limb` (the shipped one), or the path of an SDF, URDF or model directives file
-            (`.dmd.yaml`).
+            (`.dmd.yaml`), of a MuJoCo model (`.xml`, `.mjb`) or an OpenSim model (`.osim`).
         side: of the shipped limb, right or left.
         mass, height: of the shipped limb's subject (kg, m); 0 for those of its file.
         grip_rotation_deg: of the shipped limb's racket about its own axis in the fist.
         place, trunk_azimuth_deg: of the shoulder (or of `base`) in the world (m): where it is, and
             its heading, from x (towards the net) towards y (left).
-        base: of a file's limb, the frame that is welded to the world; empty if the file does that.
-        hand: of a file's limb, the frame on which the racket's grip frame lies.
+        base: of a file's limb, the frame that is welded to the world at `place`; empty if the file
+            does that. Of MuJoCo and OpenSim the body from which on the model is taken.
+        hand: of a file's limb, the frame (MuJoCo: body or site) on which the racket's grip frame
+            lies.
+        locked: joints that do not move; `others` stands for all off the chain to the hand.
+        initial_deg: where joints off the chain start, and at which value joints are locked
+            (degrees; metres at a prismatic joint); else where the model has them.
+        packages: name -> folder, of `package://name/` in a file.
+        keyframe: of a MuJoCo model, the posture that its joints start in, by name or number.
         limits: passive torques at the ends of the shipped limb's ranges.
         joint_torques: during the impact: `zero`, `hold` or `carry`, constant; see `limbs.torques`.
         stroke: place and motion of the racket at the start.
@@ -42,6 +49,12 @@ class LimbSettings(Schema):
     trunk_azimuth_deg: Annotated[float, Number("degrees", -360.0, 360.0)] = 0.0
     base: Text = ""
     hand: Text = "hand"
+    locked: tuple[Text, ...] = ()
+    initial_deg: dict[Text, Annotated[float, Number("degrees", -1e4, 1e4)]] = field(
+        default_factory=dict
+    )
+    packages: dict[Text, Text] = field(default_factory=dict)
+    keyframe: Text = ""
     limits: Flag = True
     joint_torques: Annotated[str, OneOf(*JOINT_TORQUES)] = "hold"
     stroke: Stroke = field(default_factory=Stroke)
@@ -58,4 +71,7 @@ class LimbSettings(Schema):
         """Tells what a Diagram is built from; stroke and torques are set in its Context."""
         subject = (self.side, self.mass, self.height, self.grip_rotation_deg)
         place = (*self.place, self.trunk_azimuth_deg)
-        return (self.model, *subject, place, self.base, self.hand, self.limits)
+        joints = (self.locked, tuple(sorted(self.initial_deg.items())), self.keyframe)
+        packages = tuple(sorted(self.packages.items()))
+        model = (self.model, self.base, self.hand, *joints, packages)
+        return (*model, *subject, place, self.limits)

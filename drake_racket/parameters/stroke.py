@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.numbers import number_between, plain_numbers
-from drake_racket.io.schema import Number, OneOf, Schema, Text, Three, read, shown_changes
+from drake_racket.io.schema import Flag, Number, OneOf, Schema, Text, Three, read, shown_changes
 
 Vector = NDArray[np.float64]
 
@@ -103,6 +103,8 @@ class Stroke(Schema):
         velocity_elevation_deg, velocity_azimuth_deg: its direction, above the horizontal and from
             x towards y.
         angular_velocity: of the racket, in W (rad/s), each component or None.
+        rate_limits: the joints' rates stay within their limits, if they have any; false ignores
+            them.
         guess_deg: joint name -> degrees (metres at a prismatic joint); a coordinate of a joint with
             several is named as in `StrokeState.names`. Picks one of the postures that meet the
             rest; joints that it leaves out start at the plant's default.
@@ -118,6 +120,7 @@ class Stroke(Schema):
     velocity_elevation_deg: Annotated[float, Number("degrees", -90.0, 90.0)] = 0.0
     velocity_azimuth_deg: Annotated[float, Number("degrees", -360.0, 360.0)] = 0.0
     angular_velocity: Annotated[Free, Three("rad/s", 1000.0, free=True)] = (None, None, None)
+    rate_limits: Flag = True
     guess_deg: dict[Text, Annotated[float, Number("degrees", -1e4, 1e4)]] = field(
         default_factory=dict
     )

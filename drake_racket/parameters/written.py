@@ -16,7 +16,7 @@ from drake_racket.parameters.racket import RacketParameters, read_racket
 _STATUSES = "status: printed, calculated, measured, fitted or inferred."
 
 
-def write_racket(racket: RacketParameters, path: Path, by: str = "drake_racket") -> None:
+def write_racket(racket: RacketParameters, path: str | Path, by: str = "drake_racket") -> None:
     """Writes a racket's file, which is read back before it takes its name.
 
     Args:
@@ -26,11 +26,13 @@ def write_racket(racket: RacketParameters, path: Path, by: str = "drake_racket")
         InputError: a racket that its own reader refuses.
 
     """
+    path = Path(path)
     _write(racket, path, read_racket, by)
 
 
-def write_ball(ball: BallParameters, path: Path, by: str = "drake_racket") -> None:
+def write_ball(ball: BallParameters, path: str | Path, by: str = "drake_racket") -> None:
     """Writes a ball's file as `write_racket` does a racket's."""
+    path = Path(path)
     _write(ball, path, read_ball, by)
 
 

@@ -26,6 +26,11 @@ BED_STYLES = {
 }
 
 
+def as_written(text: object) -> str:
+    """Gives a user's text for a figure, which shows it as it stands: its $ begin no formula."""
+    return str(text).replace("$", r"\$")
+
+
 def tidy(axes: Any) -> None:
     """Takes the frame's top and right side away."""
     axes.spines[["top", "right"]].set_visible(False)

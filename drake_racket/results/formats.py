@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _METADATA = b"drake_racket_history"  # key of the layout among a Parquet file's metadata
 
 
-def write_history(dataset: xarray.Dataset, path: Path, *, in_degrees: bool = False) -> None:
+def write_history(dataset: xarray.Dataset, path: str | Path, *, in_degrees: bool = False) -> None:
     """Writes a time history, whole or not at all, in the format of the suffix of `path`.
 
     A .sto file needs times that increase: of samples at the same time it keeps the last, which is
@@ -52,6 +52,7 @@ def write_history(dataset: xarray.Dataset, path: Path, *, in_degrees: bool = Fal
         OSError: the file cannot be written.
 
     """
+    path = Path(path)
     check_format(path.suffix.removeprefix("."), str(path))
     if in_degrees and path.suffix != ".sto":
         raise InputError("in_degrees", in_degrees, f"a .sto file, not {path.suffix} (radians)")
@@ -66,7 +67,7 @@ def write_history(dataset: xarray.Dataset, path: Path, *, in_degrees: bool = Fal
         write_sto(dataset, path, in_degrees=in_degrees)
 
 
-def read_history(path: Path) -> xarray.Dataset:
+def read_history(path: str | Path) -> xarray.Dataset:
     """Reads a file of `write_history`; angles come back in radians.
 
     A CSV has no place for the attributes of the file (title, scenario, racket): they stay away.
@@ -76,6 +77,7 @@ def read_history(path: Path) -> xarray.Dataset:
             (`log_checks`).
 
     """
+    path = Path(path)
     check_format(path.suffix.removeprefix("."), str(path))
     try:
         with path.open("rb") as file:
@@ -148,8 +150,8 @@ def _unreadable(path: Path, kind: str, error: Exception) -> InputError:
 
 def _check_csv(dataset: xarray.Dataset) -> None:
     for column in layout_of(dataset).columns():
-        if any(character in column.name for character in ',"\r\n'):
-            raise InputError("csv: column", column.name, "no comma, quote or line break in a name")
+        if any(character in column.name for character in "\r\n"):
+            raise InputError("csv: column", column.name, "no line break in a name")
 
 
 def _read_csv(path: Path) -> xarray.Dataset:

@@ -15,7 +15,6 @@ from drake_racket.engines.trajectory import Trajectory
 from drake_racket.io.numbers import json_data
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
-from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.plant.systems.ports import ContactState
 from drake_racket.results.energy import (
@@ -29,12 +28,10 @@ from drake_racket.results.energy import (
 from drake_racket.results.history import make_history
 from drake_racket.results.kinematics import handle_accelerations
 from drake_racket.results.summary import summary_text
+from drake_racket.results.warnings import run_warnings
 
 if TYPE_CHECKING:
     import xarray
-
-COUPLE_WARNING = 1e-3  # of the initial kinetic energy
-ENERGY_WARNING = 1e-3
 
 
 RESULT_UNITS = {
@@ -201,7 +198,7 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
         momentum_error=errors[1],
         angular_momentum_error=errors[2],
         balance=None if energies is None else energies.at(-1),
-        warnings=_warnings(case.ball, record, energies, errors[0]),
+        warnings=run_warnings(case, trajectory, record, energies, errors[0]),
         steps=trajectory.steps,
         evaluations=trajectory.evaluations,
         history=dataset,
@@ -308,35 +305,3 @@ def _norm(vector: NDArray[np.float64]) -> float:
 
 def _largest(vectors: NDArray[np.float64]) -> float:
     return float(np.max(np.linalg.norm(vectors, axis=1)))
-
-
-def _warnings(
-    ball: BallParameters,
-    record: ContactRecord,
-    energies: Balances | None,
-    energy_error: float | None,
-) -> list[str]:
-    found = []
-    low, high = ball.speed_low.value, ball.speed_high.value
-    if record.touches == 0:
-        found.append("the ball did not touch the strings")
-    elif not low - 1e-6 <= record.approach_speed <= high + 1e-6:
-        found.append(
-            f"normal approach speed {record.approach_speed:.4g} m/s is outside the identified"
-            f" {low:g}-{high:g} m/s: kb and cb are held at their end values"
-        )
-    if record.touches > 1:
-        found.append(f"the ball touched {record.touches} times; kb and cb are those of the first")
-    if record.phase == CONTACT:
-        found.append("the run ended in contact: lengthen `after`; rebound is the state at the end")
-    if energy_error is not None and energy_error > ENERGY_WARNING:
-        found.append(f"the energy balance is open by {energy_error:.2g} of the initial energy")
-    if energies is not None:
-        initial = energies.store("ball")[0] + energies.store("rigid_motion")[0]
-        share = abs(energies.store("couple")[-1]) / initial
-        if share > COUPLE_WARNING:
-            found.append(
-                f"the reaction at the string mass adds {share:.2g} of the initial energy by its"
-                " couple (reaction_point: ball does not)"
-            )
-    return found

@@ -39,6 +39,7 @@ def check_history(history: xarray.Dataset, where: str) -> None:
     for dimension, labels in _labels(history).items():
         if dimension in history.dims and history[dimension].to_numpy().tolist() != labels:
             raise InputError(f"{where}: {dimension}", history[dimension].to_numpy(), str(labels))
+    _check_sliding(history, where)
     _check_values(history, where)
     _check_attributes(history, where)
 
@@ -53,6 +54,20 @@ def _labels(history: xarray.Dataset) -> dict[str, list[Any]]:
         "spring": list(bed.names),
         "quaternion": list("wxyz"),
     }
+
+
+def _check_sliding(history: xarray.Dataset, where: str) -> None:
+    """Refuses a list of sliding joints that is none."""
+    if "joint" not in history.coords:
+        return
+    text = history["joint"].attrs.get("prismatic", "[]")
+    try:
+        names = json.loads(text)
+        whole = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    except (ValueError, TypeError):
+        whole = False
+    if not whole:
+        raise InputError(f"{where}: joint: prismatic", text, "a list of joint names, as JSON")
 
 
 def _check_time(history: xarray.Dataset, where: str) -> None:

@@ -27,8 +27,9 @@ _METADATA, _LEFT_OUT = "drake_racket_history", "drake_racket_left_out"
 _MOST_HEADER_LINES = 10_000
 
 
-def write_sto(dataset: xarray.Dataset, path: Path, *, in_degrees: bool) -> None:
+def write_sto(dataset: xarray.Dataset, path: str | Path, *, in_degrees: bool) -> None:
     """Writes a history for OpenSim; see `formats.write_history`."""
+    path = Path(path)
     layout = layout_of(dataset)
     time = dataset["time"].to_numpy()
     if not np.isfinite(time).all() or (np.diff(time) < 0.0).any():
@@ -111,8 +112,9 @@ def _sto_names(columns: list[Column]) -> list[str]:
     return names
 
 
-def read_sto(path: Path) -> xarray.Dataset:
+def read_sto(path: str | Path) -> xarray.Dataset:
     """Reads a history from a .sto file of this package; raises InputError."""
+    path = Path(path)
     try:
         with path.open(encoding="utf-8") as file:
             header = _header(file, path)

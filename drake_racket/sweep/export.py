@@ -126,7 +126,7 @@ def _array(values: Sequence[Any]) -> Any:
     return np.array([str(x) for x in values])
 
 
-def export_sweep(sweep: Sweep, directory: Path) -> xarray.Dataset:
+def export_sweep(sweep: Sweep, directory: str | Path) -> xarray.Dataset:
     """Writes the results' files of what is finished, and returns them; it runs nothing.
 
     Another process may be running the sweep meanwhile. Whether the package or a parameter file has
@@ -137,6 +137,7 @@ def export_sweep(sweep: Sweep, directory: Path) -> xarray.Dataset:
         StoreError, OSError: it cannot be read or written.
 
     """
+    directory = Path(directory)
     with closing(read_sweep(directory)) as store:
         wanted = json.loads(as_text(fingerprint(sweep, {})))
         for key in ("axes", "base", "outputs"):
@@ -167,16 +168,18 @@ def flat(dataset: xarray.Dataset) -> xarray.Dataset:
     return xarray.Dataset(variables, coords={"case": case}, attrs=dataset.attrs)
 
 
-def result_paths(directory: Path) -> list[Path]:
+def result_paths(directory: str | Path) -> list[Path]:
     """Gives the files that `write_results` writes; Parquet if pyarrow is installed."""
+    directory = Path(directory)
     names = ["results.nc", "results.csv", "sweep.json"]
     if has_library("pyarrow"):
         names.append("results.parquet")
     return [directory / name for name in names]
 
 
-def write_results(dataset: xarray.Dataset, directory: Path) -> None:
+def write_results(dataset: xarray.Dataset, directory: str | Path) -> None:
     """Writes the results' files, each whole or not at all."""
+    directory = Path(directory)
     cases, identity = flat(dataset), str(dataset["sweep"].item())
     netcdf, csv, described, *parquet = result_paths(directory)
     write_netcdf(dataset, netcdf)

@@ -2,8 +2,8 @@
 
 A scenario's key is written as in its file, nested ones with dots (`integrator.accuracy`,
 `limb.stroke.speed`); a component of a vector by its letter (`gravity.z`, `limb.place.x`); a joint
-of `limb.stroke.guess_deg` by its name. A parameter is written as in `overrides`
-(`racket.head.mass`). Every key holds one number, text or switch.
+of `limb.stroke.guess_deg` or `limb.initial_deg` by its name. A parameter is written as in
+`overrides` (`racket.head.mass`). Every key holds one number, text or switch.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Value = float | str | bool
 
 NUMBER, TEXT, SWITCH = "number", "text", "switch"
 _XYZ = "xyz"
-_GUESS = "limb.stroke.guess_deg"
+_BY_JOINT = ("limb.stroke.guess_deg.", "limb.initial_deg.")
 
 # units of the scenario's numbers; keys that end in _deg are in degrees
 _UNITS = {
@@ -65,7 +65,7 @@ class Key:
 
 
 def scenario_keys() -> dict[str, Key]:
-    """Gives the scenario's own keys by name, but the joints of `limb.stroke.guess_deg`."""
+    """Gives the scenario's own keys by name, but those of single joints."""
     return {key.name: key for key in _walk(Scenario, "")}
 
 
@@ -76,10 +76,12 @@ def _walk(schema: type, prefix: str) -> list[Key]:
         kinds = {hint, *typing.get_args(hint)}
         if dataclasses.is_dataclass(hint):
             found += _walk(typing.cast(type, hint), path + ".")
+        elif typing.get_origin(hint) is tuple and str in typing.get_args(hint):
+            continue  # a list of names is no value
         elif typing.get_origin(hint) is tuple:
             found += [Key(f"{path}.{letter}", NUMBER, _unit(path)) for letter in _XYZ]
         elif typing.get_origin(hint) is dict:
-            continue  # guess_deg and overrides: their keys are the model's
+            continue  # guess_deg, overrides: their keys are the model's
         elif bool in kinds:
             found.append(Key(path, SWITCH))
         elif float in kinds:
@@ -103,7 +105,7 @@ def find_key(name: str, base: Scenario, where: str) -> Key:
     own = scenario_keys()
     if name in own:
         return own[name]
-    if name.startswith(_GUESS + ".") and len(name) > len(_GUESS) + 1:
+    if any(name.startswith(start) and len(name) > len(start) for start in _BY_JOINT):
         return Key(name, NUMBER, "degrees")
     parameters = _parameters(base)
     if name in parameters:

@@ -36,7 +36,7 @@ class SweepStopped(SimulationError, WorkStopped):
 
 def run_sweep(
     sweep: Sweep,
-    out: Path | None = None,
+    out: str | Path | None = None,
     *,
     workers: int = 1,
     scheduler: str | distributed.Client | None = None,
@@ -75,6 +75,7 @@ def run_sweep(
             results so far are written.
 
     """
+    out = None if out is None else Path(out)
     leave_if_imported_again()
     check_workers(workers)
     if scheduler is not None and workers != 1:
@@ -251,8 +252,9 @@ def _is_finished(case: int, finished: dict[int, bool], sweep: Sweep, out: Path |
     return all(path.exists() for path in history_paths(case, sweep, out))
 
 
-def history_paths(case: int, sweep: Sweep, out: Path) -> list[Path]:
+def history_paths(case: int, sweep: Sweep, out: str | Path) -> list[Path]:
     """Tells where a case's time history is, or would be."""
+    out = Path(out)
     return [out / "histories" / f"case_{case:06d}.{suffix}" for suffix in sweep.history_formats]
 
 

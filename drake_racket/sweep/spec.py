@@ -127,10 +127,11 @@ def load_sweep(path: str | Path, settings: Sequence[str] = ()) -> Sweep:
 def parse_sweep(
     text: str,
     where: str = "sweep",
-    directory: Path = Path(),
+    directory: str | Path = Path(),
     settings: Sequence[str] = (),
 ) -> Sweep:
     """Reads and checks a sweep from YAML text; see `load_sweep`."""
+    directory = Path(directory)
     tree = parse_tree(text, where)
     names = ("base", "axes", "outputs", "histories", "history_formats", "check")
     if not isinstance(tree, dict):

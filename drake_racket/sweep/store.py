@@ -122,13 +122,14 @@ def check_rows(store: StoreReader) -> Iterator[CaseRow]:
         yield CaseRow(case, failure, [], numbers)
 
 
-def read_sweep(directory: Path) -> StoreReader:
+def read_sweep(directory: str | Path) -> StoreReader:
     """Gives the results of a sweep that another process may be running.
 
     Raises:
         InputError: there is none in the directory.
 
     """
+    directory = Path(directory)
     if not (directory / FILE).is_file():
         raise InputError("--out", str(directory), f"a directory with a sweep ({FILE})")
     return StoreReader(directory / FILE, "--out")
@@ -138,7 +139,7 @@ _HISTORY = re.compile(rf"case_[0-9]{{6,}}\.({'|'.join(FORMATS)})")
 _RESULTS = ("results.nc", "results.csv", "results.parquet", "sweep.json")
 
 
-def remove_sweep(directory: Path) -> None:
+def remove_sweep(directory: str | Path) -> None:
     """Deletes what sweeps have written in a directory, and nothing else; nothing if there is none.
 
     What they were writing when they were killed goes, too.
@@ -147,6 +148,7 @@ def remove_sweep(directory: Path) -> None:
         InputError: another process writes there.
 
     """
+    directory = Path(directory)
     if not (directory / FILE).exists():
         return
     with closing(lock_file(directory / FILE, "--out", "sweep")):

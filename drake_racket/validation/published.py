@@ -41,13 +41,14 @@ class PublishedValues(Schema):
     entries: tuple[PublishedValue, ...]
 
 
-def load_published(path: Path | None = None) -> tuple[PublishedValue, ...]:
+def load_published(path: str | Path | None = None) -> tuple[PublishedValue, ...]:
     """Reads and checks the published numbers (the shipped ones if `path` is None).
 
     Raises:
         InputError: naming the entry and what is allowed.
 
     """
+    path = None if path is None else Path(path)
     path = path or data_directory() / "published.yaml"
     entries = load_file(path, PublishedValues).entries
     seen: set[str] = set()

@@ -24,7 +24,7 @@ from drake_racket.validation.rows import AGREES, DIFFERS, NOT_COMPARABLE, Compar
 
 
 def write_report(
-    out: Path,
+    out: str | Path,
     rows: Sequence[Comparison],
     sections: dict[str, dict[str, Any]],
     titles: dict[str, str],
@@ -36,6 +36,7 @@ def write_report(
         sections: name -> what `run` keeps of it (text, figures).  titles: name -> heading.
 
     """
+    out = Path(out)
     records = [_record(row) for row in rows]
     table = io.StringIO()
     writer = csv.DictWriter(table, list(records[0]), lineterminator="\n")

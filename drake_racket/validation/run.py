@@ -47,7 +47,7 @@ FILE = "validation.sqlite"
 
 
 def validate(
-    out: Path,
+    out: str | Path,
     *,
     only: Sequence[str] = (),
     plan: Plan | None = None,
@@ -71,6 +71,7 @@ def validate(
         InputError: unknown section, or a directory that cannot be written.
 
     """
+    out = Path(out)
     leave_if_imported_again()
     plan = plan or Plan()
     for name in only:

@@ -125,7 +125,7 @@ def _errors(
     """The five errors in one state; v are the plant's velocities."""
     model, plant = limb.tree.model, limb.limb.plant
     T = limb.velocity_map(qpos)
-    at_q, at_v = limb.limb.position_indices(), limb.limb.velocity_indices()
+    at_q, at_v = limb.position_indices(), limb.velocity_indices()
     q = plant.GetPositions(context)
     q[at_q] = limb.positions(qpos)
     plant.SetPositions(context, q)

@@ -475,3 +475,17 @@ def test_angles_in_radians_and_impacts_in_other_units(tmp_path: Path) -> None:
     (impact,) = read_ball_impacts(table)
     assert (impact.speed, impact.mass) == pytest.approx((18.0, 0.0577), rel=1e-15)
     assert impact.force.value.max() == pytest.approx(1e3 * max(FORCE), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("header", "row"),
+    [
+        ("time [s],force; filtered [N]", "0.1,2.5"),
+        ("time [s];force, filtered [N]", "0.1;2.5"),
+        ("time [s]\tforce, left; filtered [N]", "0.1\t2.5"),
+    ],
+)
+def test_a_header_with_several_separators_is_cut_as_its_row_is(tmp_path, header, row) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text(f"{header}\n{row}\n{row}\n")
+    assert csv_text.read_csv_text(path, 1000).separator == row[3]

@@ -46,6 +46,8 @@ def test_nothing_of_the_page_is_left_out():
         "swing.yaml",
         "turned_grip.dmd.yaml",
         "forehand.yaml",
+        "mujoco_swing.yaml",
+        "arm.xml",
     ]
 
 

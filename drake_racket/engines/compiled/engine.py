@@ -68,7 +68,7 @@ class CompiledImpact:
         self.system = system
         root = system.create_context(system.case)
         self.model: Model = extract(system.plant, root, _wiring(system, root))
-        self._v_of_q = _velocity_of_each_position(self.model)
+        self._v_of_q = velocity_of_each_position(self.model)
         self._places = _Places(self.model.tree)
         self._root = root
 
@@ -239,7 +239,7 @@ def _blank_records(ints: NDArray[np.int64]) -> Array:
     return records
 
 
-def _velocity_of_each_position(model: Model) -> NDArray[np.int64]:
+def velocity_of_each_position(model: Model) -> NDArray[np.int64]:
     """(nq, 3): the velocities whose weights decide that of each position."""
     v_of_q = np.zeros((model.ints[at.POSITIONS], 3), dtype=np.int64)
     for leaf in model.tree.leaves:

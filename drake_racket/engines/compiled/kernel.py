@@ -44,11 +44,7 @@ _STAMP = sources_stamp(
 
 
 def _entry(law: Callable[..., Any]) -> Callable[..., Any]:
-    """`law`, compiled, as a function that closes over the stamp."""
-
-    def stamped() -> int:
-        return _STAMP
-
+    """Compiles a copy of `law` that has the stamp among what it closes over."""
     code = law.__code__.replace(co_freevars=(*law.__code__.co_freevars, "stamp"))
     cell = types.CellType(_STAMP)
     copy = types.FunctionType(

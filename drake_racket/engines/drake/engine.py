@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,10 +14,12 @@ from pydrake.systems.framework import Context, EventStatus
 
 from drake_racket.cases.case import Case
 from drake_racket.cases.diagram import ImpactDiagram
+from drake_racket.cases.effort import effort, unstable
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
 from drake_racket.engines.drake.observe import Observer
 from drake_racket.engines.trajectory import Trajectory
-from drake_racket.io.errors import InputError, SimulationError
+from drake_racket.io.errors import InputError, SimulationError, one_line
+from drake_racket.io.progress import Progress, Report
 from drake_racket.laws.phases import PHASE
 from drake_racket.limbs.striking import limits_are_ours
 from drake_racket.parameters.scenario import IntegratorSettings, check_integrator
@@ -23,14 +27,23 @@ from drake_racket.parameters.scenario import IntegratorSettings, check_integrato
 MOST_STEPS = 5_000_000
 """A run that takes more steps than this is stopped with an error."""
 
+_REPORT_EVERY = 100  # steps
 
-def run_drake(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -> Trajectory:
+
+def run_drake(
+    case: Case,
+    system: ImpactDiagram,
+    *,
+    every_sample: bool = True,
+    progress: Report | None = None,
+) -> Trajectory:
     """Runs one case.
 
     Args:
         case: with the topology of `system`.
         system: the Diagram, as often as you like.
         every_sample: record the motion at every sample, or at the first and the last.
+        progress: called as the run goes on; `done` and `total` are its milliseconds.
 
     Raises:
         InputError: the case needs another Diagram.
@@ -49,14 +62,15 @@ def run_drake(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -
     configure_integrator(simulator, scenario.integrator, discrete=scenario.time_step > 0.0)
     parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
     observer = Observer(parts, root)
-    recorder = _Recorder(system, observer, every_sample)
+    end = scenario.approach_time + scenario.after
+    recorder = _Recorder(system, observer, every_sample, _reporter(progress, end))
     simulator.set_monitor(recorder)
     with limits_are_ours(system.limb):
         try:
             simulator.Initialize()
-            simulator.AdvanceTo(scenario.approach_time + scenario.after)
+            simulator.AdvanceTo(end)
         except RuntimeError as error:
-            reason = str(error).splitlines()[0]
+            reason = _why(case, error)
             stop = f"stopped at t = {root.get_time():.6g} s: {reason}"
             raise SimulationError(stop) from error
         finally:
@@ -64,11 +78,13 @@ def run_drake(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -
         steps = simulator.get_num_steps_taken()
         evaluations = simulator.get_integrator().get_num_derivative_evaluations()
         states, moving = recorder.rows()
-    time, contact, plant, record, totals = observer.states(states)
+    times, contact, plant, record, totals = observer.states(states)
+    if not np.isfinite(plant).all():
+        raise SimulationError(f"stopped at t = {times[-1]:.6g} s: {_why(case, None)}")
     samples = list(moving)
     return Trajectory(
         mechanism=mechanism_of(parts, root, (plant[0], plant[-1])),
-        time=time,
+        time=times,
         state=plant,
         record=record,
         contact=contact,
@@ -77,6 +93,33 @@ def run_drake(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -
         steps=steps,
         evaluations=evaluations,
     )
+
+
+def _why(case: Case, error: RuntimeError | None) -> str:
+    """Why a run stopped, in words: a step that grows beyond all bounds ends in odd places."""
+    scenario = case.scenario
+    if scenario.time_step > 0.0 or not scenario.integrator.error_control:
+        return f"unstable: shorter step ({unstable(case) or 'the motion grows without bounds'})"
+    reason = "" if error is None else one_line(str(error).splitlines()[0], 300)
+    if "step size" in reason or "minimum" in reason:
+        fastest = effort(case).fastest
+        return (
+            f"the error cannot be controlled: the fastest motion is {fastest.value:.2g} rad/s,"
+            f" from {fastest.cause} ({reason})"
+        )
+    return reason or "a state that is not finite"
+
+
+def _reporter(progress: Report | None, end: float) -> Callable[[float], None]:
+    if progress is None:
+        return lambda _: None
+    began = time.monotonic()
+
+    def report(now: float) -> None:
+        seconds = time.monotonic() - began
+        progress(Progress("simulating", 1e3 * now, 1e3 * end, seconds=seconds))
+
+    return report
 
 
 def configure_integrator(
@@ -113,7 +156,14 @@ def configure_integrator(
 class _Recorder:
     """A Simulator monitor that keeps every step, and how the bodies move where the next begins."""
 
-    def __init__(self, system: ImpactDiagram, observer: Observer, every_sample: bool) -> None:
+    def __init__(
+        self,
+        system: ImpactDiagram,
+        observer: Observer,
+        every_sample: bool,
+        report: Callable[[float], None],
+    ) -> None:
+        self._report = report
         self._diagram, self._observer, self._every = system.diagram, observer, every_sample
         self._probe, self._discrete = system.probe, system.plant.time_step() > 0.0
         self._states: list[NDArray[np.float64]] = []
@@ -124,6 +174,8 @@ class _Recorder:
         if sample > MOST_STEPS:
             return EventStatus.Failed(self._diagram, f"more than {MOST_STEPS} steps")
         self._states.append(self._observer.state(in_full=self._every))
+        if sample % _REPORT_EVERY == 0:
+            self._report(root.get_time())
         if self._every and self._discrete:
             self._see(sample)
         elif self._every and self._probe is not None:

@@ -168,12 +168,13 @@ def _limb(striking: StrikingLimb, plant: MultibodyPlant, root: Context) -> LimbN
         velocity=limb.velocity_indices(),
         springs=_joint_springs(limb, plant, plant.GetMyContextFromRoot(root)),
         ranges=ranges,
+        notes=limb.notes,
     )
 
 
 def _joint_springs(limb: Limb, plant: MultibodyPlant, context: Context) -> JointSprings:
-    """Springs on the limb's joints, and the rotors of its actuators."""
-    ours = {joint.index() for joint in limb.joints}
+    """Springs on the joints of the limb's models, and the rotors of their actuators."""
+    ours = {joint.index() for joint in (*limb.joints, *limb.others())}
     rotors = [
         (actuator.joint().velocity_start(), float(actuator.calc_reflected_inertia(context)))
         for actuator in (plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices())

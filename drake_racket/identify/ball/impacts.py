@@ -129,7 +129,7 @@ def resting_offset(quiet: NDArray[np.float64]) -> float:
     return mean if abs(mean) > 4.0 * float(quiet.std()) / math.sqrt(len(quiet)) else 0.0
 
 
-def read_ball_impacts(path: Path) -> list[BallImpact]:
+def read_ball_impacts(path: str | Path) -> list[BallImpact]:
     """Reads a table of impacts and the records that it names.
 
     Raises:
@@ -138,6 +138,7 @@ def read_ball_impacts(path: Path) -> list[BallImpact]:
             out of range; or a record that `read_signal` refuses.
 
     """
+    path = Path(path)
     table = CsvTable.read(path, MOST_ROWS)
     files, speeds = table.texts("file"), table.numbers("speed", "m/s")
     table.check_range("speed", speeds, 0.1, MOST_SPEED, f"0.1 to {MOST_SPEED:g} m/s")

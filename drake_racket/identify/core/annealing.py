@@ -41,7 +41,7 @@ def anneal(
     workers: int = 1,
     max_evaluations: int = 20_000,
     temperature: float = TEMPERATURE,
-    checkpoint: Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Report | None = None,
     polish: bool = False,
     rescale_sigma: bool = False,
@@ -73,6 +73,7 @@ def anneal(
         InputError: a problem that cannot be fitted, bad options, or another run's checkpoint.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     check_count("max_evaluations", max_evaluations, 1)
     check_temperature("temperature", temperature)
     kind = partial(

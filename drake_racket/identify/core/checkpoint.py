@@ -60,7 +60,8 @@ class Checkpoint:
 
     """
 
-    def __init__(self, path: Path | None, header: Mapping[str, Any]) -> None:
+    def __init__(self, path: str | Path | None, header: Mapping[str, Any]) -> None:
+        path = None if path is None else Path(path)
         self.path = path
         self._number = 0
         self._store: Store | None = None
@@ -136,13 +137,14 @@ class Checkpoint:
         return None
 
 
-def prepare_directory(checkpoint: Path | None) -> None:
+def prepare_directory(checkpoint: str | Path | None) -> None:
     """Makes a checkpoint's directory.
 
     Raises:
         InputError: it cannot be made or written.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     if checkpoint is None:
         return
     if checkpoint.exists() and not checkpoint.is_dir():

@@ -25,7 +25,7 @@ def fit(
     starts: int = 8,
     seed: int = 0,
     workers: int = 1,
-    checkpoint: Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Report | None = None,
     tolerance: float = 1e-12,
     max_evaluations: int = 200,
@@ -52,6 +52,7 @@ def fit(
         InputError: a problem that cannot be fitted, bad options, or another fit's checkpoint.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     check_count("max_evaluations", max_evaluations, 1)
     if not 1e-15 <= tolerance < 1.0:
         raise InputError("tolerance", tolerance, "from 1e-15 to below 1")

@@ -140,13 +140,14 @@ def _pulse(force: Signal, step: float) -> tuple[int, int]:
     return first, last
 
 
-def read_hammer_record(path: Path, *, duration: float = DURATION) -> HammerRecord:
+def read_hammer_record(path: str | Path, *, duration: float = DURATION) -> HammerRecord:
     """Reads `time [s]`, `force [N]` and `acceleration [m/s^2]` of a CSV.
 
     Raises:
         InputError: as `signals.read_signal` and `hammer_record`.
 
     """
+    path = Path(path)
     force = read_signal(path, "force", "N")
     acceleration = read_signal(path, "acceleration", "m/s^2")
     return hammer_record(force, acceleration, duration=duration)

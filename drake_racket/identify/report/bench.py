@@ -41,8 +41,8 @@ if TYPE_CHECKING:
 def write_ball_fit(
     fit: BallFit,
     ball: BallParameters,
-    table: Path,
-    out: Path,
+    table: str | Path,
+    out: str | Path,
     date: str,
     *,
     name: str | None = None,
@@ -58,6 +58,8 @@ def write_ball_fit(
         The paths.
 
     """
+    table = Path(table)
+    out = Path(out)
     records = [Path(impact.force.where) for group in fit.groups for impact in group.impacts]
     provenance = Provenance(
         data=f"{table.name} and its {len(records)} records",
@@ -101,7 +103,7 @@ def write_frame_fit(
     fits: Mapping[str, FrameFit],
     racket: RacketParameters,
     files: Sequence[Path],
-    out: Path,
+    out: str | Path,
     date: str,
     *,
     name: str | None = None,
@@ -118,6 +120,7 @@ def write_frame_fit(
         The paths.
 
     """
+    out = Path(out)
     rms = ", ".join(f"{f.record_rms:.3g} m/s^2 {d.replace('_', ' ')}" for d, f in fits.items())
     provenance = Provenance(
         data=", ".join(path.name for path in files),

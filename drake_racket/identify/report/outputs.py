@@ -39,7 +39,7 @@ CHECKPOINT = "checkpoint"
 
 def write_string_bed(
     fit: StringBedFit,
-    out: Path,
+    out: str | Path,
     date: str,
     *,
     name: str | None = None,
@@ -51,6 +51,7 @@ def write_string_bed(
         date: of the fit, for the sources.  name, stringing_tension: of the racket written.
 
     """
+    out = Path(out)
     table = fit.problem.table
     provenance = _provenance(fit, date, f"{100.0 * fit.rms:.3g} % of restitution")
     racket = fitted_racket(
@@ -83,9 +84,10 @@ def write_string_bed(
 
 
 def write_friction(
-    fit: FrictionFit, out: Path, date: str, *, name: str | None = None
+    fit: FrictionFit, out: str | Path, date: str, *, name: str | None = None
 ) -> list[Path]:
     """Writes a fit of friction; returns the paths."""
+    out = Path(out)
     table = fit.problem.table
     provenance = _provenance(fit, date, f"{fit.rms:.3g} deg")
     racket = fitted_racket(fit.problem.racket, fit.estimates, provenance, name=name)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drake_racket.identify.core.estimate import Estimate
-from drake_racket.plots.style import BLUE, GREY, VERMILION, new_figure, tidy
+from drake_racket.plots.style import BLUE, GREY, VERMILION, as_written, new_figure, tidy
 
 WIDEST = 1.0 / 15.0, 15.0
 """What `estimates_figure` shows at most, over the reference."""
@@ -47,7 +47,7 @@ def restitution_fit_figure(fit: xarray.Dataset, title: str = "") -> Figure:
         axes.set_ylabel("restitution")
     handles, labels = panels.flat[int(fit["point"][0]) - 1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right upper", frameon=False)
-    figure.suptitle(title or fit.attrs["title"], fontsize="large")
+    figure.suptitle(title or as_written(fit.attrs["title"]), fontsize="large")
     return figure
 
 
@@ -92,7 +92,7 @@ def angle_fit_figure(fit: xarray.Dataset, title: str = "") -> Figure:
         handles, labels = axes.get_legend_handles_labels()
         entries |= dict(zip(labels, handles, strict=True))
     figure.legend(entries.values(), entries.keys(), loc="outside right upper", frameon=False)
-    figure.suptitle(title or fit.attrs["title"], fontsize="large")
+    figure.suptitle(title or as_written(fit.attrs["title"]), fontsize="large")
     return figure
 
 

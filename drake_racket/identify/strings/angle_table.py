@@ -68,7 +68,7 @@ class AngleTable(ImpactTable):
         return self._means(kind, "angle", np.ones(len(kind)), width)
 
 
-def read_angles(path: Path, *, select: Select | None = None) -> AngleTable:
+def read_angles(path: str | Path, *, select: Select | None = None) -> AngleTable:
     """Reads a table of oblique impacts.
 
     Raises:
@@ -76,6 +76,7 @@ def read_angles(path: Path, *, select: Select | None = None) -> AngleTable:
             rebound angle beyond 90.
 
     """
+    path = Path(path)
     table = selected(CsvTable.read(path, MOST_ROWS), select or {})
     points = read_points(table)
     if table.has("stroke") and not table.has("incidence"):

@@ -187,7 +187,7 @@ def fit_friction(
     bounds: tuple[float, float] = BOUNDS,
     reading: str = "velocity",
     options: Search | None = None,
-    checkpoint: Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Report | None = None,
 ) -> FrictionFit:
     """Fits the coefficients of the points that were hit.
@@ -205,6 +205,7 @@ def fit_friction(
             fewer rows than coefficients.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     if reading not in READINGS:
         raise InputError("friction_reading", reading, ", ".join(READINGS))
     if not (np.isfinite(bounds).all() and 0.0 < bounds[0] < bounds[1] <= 5.0):

@@ -81,7 +81,7 @@ class RestitutionTable(ImpactTable):
         return replace(self, sigma=error)
 
 
-def read_restitution(path: Path, *, select: Select | None = None) -> RestitutionTable:
+def read_restitution(path: str | Path, *, select: Select | None = None) -> RestitutionTable:
     """Reads a table of normal impacts.
 
     Args:
@@ -94,6 +94,7 @@ def read_restitution(path: Path, *, select: Select | None = None) -> Restitution
             several rackets, tensions or readings.
 
     """
+    path = Path(path)
     table = CsvTable.read(path, MOST_ROWS)
     table = selected(table, select or {})
     points = read_points(table)

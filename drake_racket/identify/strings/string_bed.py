@@ -192,7 +192,7 @@ def fit_string_bed(
     span: float | None = None,
     options: Search | None = None,
     profiles: bool = False,
-    checkpoint: Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Report | None = None,
 ) -> StringBedFit:
     """Fits a string-bed to restitution.
@@ -212,6 +212,7 @@ def fit_string_bed(
             parameters and no standard deviations, or a checkpoint of another fit.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     options = options or Search()
     if span is None:
         span = ANNEALING_SPAN if options.method == "annealing" else SPAN
@@ -248,7 +249,7 @@ def fit_tension(
     *,
     start: float | None = None,
     options: Search | None = None,
-    checkpoint: Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Report | None = None,
 ) -> StringBedFit:
     """Fits T0 alone, stiffnesses and rim factors as the racket has them.
@@ -260,6 +261,7 @@ def fit_tension(
         InputError: as `fit_string_bed`.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     return fit_string_bed(
         table,
         racket,

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from drake_racket.io.errors import InputError
-from drake_racket.limbs.mujoco.model import joint_name, mujoco_package, short_list
+from drake_racket.limbs.left_out import short_list
+from drake_racket.limbs.mujoco.model import enabled, joint_name, mujoco_package
 
 COUPLINGS = ("lock", "keep")
 
@@ -32,7 +33,9 @@ class Coupling:
 def joint_couplings(model: Any) -> tuple[Coupling, ...]:
     """Gives the active joint couplings, in the model's order; several may tie one joint."""
     mujoco = mujoco_package()
-    found = []
+    found: list[Coupling] = []
+    if not enabled(model, "equality"):
+        return ()
     for i in range(model.neq):
         if model.eq_type[i] != int(mujoco.mjtEq.mjEQ_JOINT) or not model.eq_active0[i]:
             continue

@@ -20,7 +20,7 @@ freedom without inertia, which neither engine can accelerate, is refused.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,10 +30,15 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, RigidBody
 
 from drake_racket.io.errors import InputError
+from drake_racket.limbs.chain import Graph
+from drake_racket.limbs.left_out import LeftOut, short_list
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.mujoco.build import Builder, spatial_inertia
-from drake_racket.limbs.mujoco.model import load_model, short_list
-from drake_racket.limbs.mujoco.report import LeftOut, left_out
+from drake_racket.limbs.mujoco.loops import check_loops, keyframe_positions
+from drake_racket.limbs.mujoco.model import (
+    load_model,
+)
+from drake_racket.limbs.mujoco.report import gravity_of, left_out
 from drake_racket.limbs.mujoco.tree import Tree, TreeJoint, pose, read_tree
 
 
@@ -45,9 +50,12 @@ class ImportedLimb:
         limb: the handles that the rest of the package takes.
         left_out: what the model has and the plant does not.
         bodies: by MuJoCo's name; massless links between joints are not among them.
-        joints: those with degrees of freedom, by MuJoCo's name, in its order.
+        joints: those with degrees of freedom, by MuJoCo's name, in its order; the limb has those
+            that lead to the hand.
         locked: the value of each joint without one, rad or m.
         tree: what was read.
+        gravity: (3,) of the model, in its world (m/s^2): 0 where its flag switches it off. The
+            plant's own acts.
 
     """
 
@@ -57,6 +65,15 @@ class ImportedLimb:
     joints: dict[str, Joint]
     locked: dict[str, float]
     tree: Tree
+    gravity: NDArray[np.float64]
+
+    def position_indices(self) -> NDArray[np.int64]:
+        """Tells where the positions of `joints` sit in the finalized plant's q, in order."""
+        return replace(self.limb, joints=tuple(self.joints.values())).position_indices()
+
+    def velocity_indices(self) -> NDArray[np.int64]:
+        """Tells where the velocities of `joints` sit in the finalized plant's v, in order."""
+        return replace(self.limb, joints=tuple(self.joints.values())).velocity_indices()
 
     def moving(self) -> list[tuple[TreeJoint, Joint]]:
         """Gives the joints with degrees of freedom, as read and as built, in order."""
@@ -64,7 +81,7 @@ class ImportedLimb:
         return [(read[name], joint) for name, joint in self.joints.items()]
 
     def positions(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Gives the limb's positions (n_q), as `limb.position_indices()` orders them, of qpos."""
+        """Gives the joints' positions (n_q), as `position_indices()` orders them, of qpos."""
         model = self.tree.model
         parts = []
         for read, _ in self.moving():
@@ -77,7 +94,7 @@ class ImportedLimb:
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def velocity_map(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Gives T (nv x n_v): MuJoCo's qvel is T v, v by `limb.velocity_indices()`.
+        """Gives T (nv x n_v): MuJoCo's qvel is T v, v by `velocity_indices()`.
 
         So its generalized forces on the limb are T' times MuJoCo's, and its mass matrix is T' M T.
         """
@@ -106,6 +123,7 @@ def import_mujoco(
     couplings: str = "lock",
     locked: Mapping[str, float] | None = None,
     reference: Mapping[str, float] | None = None,
+    keyframe: str | int | None = None,
     parent: Frame | None = None,
     X_PF: RigidTransform | None = None,
 ) -> ImportedLimb:
@@ -123,6 +141,7 @@ def import_mujoco(
         locked: further joints to fix (fingers around a grip, say) and their values, rad or m.
         reference: where joints start (the default positions) and the ties are read; qpos0 if not
             named.
+        keyframe: name or number of a keyframe whose hinges and slides are the reference.
         parent: the frame P that carries the limb; the plant's world if None.
         X_PF: pose in P of F, the MuJoCo body that carries the root (its world for the whole
             model); where the model has it if None, with P for the model's world.
@@ -139,18 +158,23 @@ def import_mujoco(
     if not (name.isascii() and name.isidentifier()):
         raise InputError("import_mujoco: name", name, "letters, digits and _ (not first a digit)")
     compiled = load_model(model)
-    tree = read_tree(
-        compiled, root=root, couplings=couplings, locked=locked or {}, reference=reference or {}
-    )
-    hand_body, X_BS = _hand(tree, hand)
+    at = dict(reference or {})
+    if keyframe is not None:
+        at = keyframe_positions(compiled, keyframe) | at
+    tree = read_tree(compiled, root=root, couplings=couplings, locked=locked or {}, reference=at)
+    hand_body, X_BS = hand_of(tree, hand)
     _check_tree(tree)
+    if couplings != "keep":
+        check_loops(tree)
     builder = Builder(plant, plant.AddModelInstance(name))
     carrier = parent if parent is not None else plant.world_frame()
     builder.build(tree, carrier, tree.X_WF if X_PF is None else X_PF)
     H = builder.frame(
         "hand", builder.bodies[hand_body].body_frame(), X_BS @ (X_BH or RigidTransform())
     )
-    limb = Limb(plant, (builder.instance,), H, tuple(builder.joints.values()))
+    chain = {int(joint.index()) for joint in Graph(plant).path(H.body())}
+    joints = tuple(j for j in builder.joints.values() if int(j.index()) in chain)
+    limb = Limb(plant, (builder.instance,), H, joints)
     return ImportedLimb(
         limb=limb,
         left_out=left_out(tree, couplings),
@@ -158,6 +182,7 @@ def import_mujoco(
         joints=builder.joints,
         locked={joint.name: joint.value for joint in tree.joints() if joint.locked},
         tree=tree,
+        gravity=gravity_of(compiled),
     )
 
 
@@ -181,8 +206,8 @@ def _check_tree(tree: Tree) -> None:
             heavy.add(body.parent)
 
 
-def _hand(tree: Tree, hand: str | None) -> tuple[int, RigidTransform]:
-    """Id of the body that holds the racket, and where on it."""
+def hand_of(tree: Tree, hand: str | None) -> tuple[int, RigidTransform]:
+    """Gives the id of the body that holds the racket, and where on it."""
     if hand is None:
         parents = {body.parent for body in tree.bodies}
         ends = [body for body in tree.bodies if body.id not in parents]

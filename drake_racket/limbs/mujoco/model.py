@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -47,11 +47,11 @@ def load_model(model: Any) -> Any:
     mujoco = mujoco_package()
     if isinstance(model, mujoco.MjModel):
         return model
-    if not isinstance(model, str | Path) or Path(model).suffix not in (".xml", ".mjb"):
+    if not isinstance(model, str | Path) or Path(model).suffix.lower() not in (".xml", ".mjb"):
         raise InputError("import_mujoco: model", model, "an MjModel or a path to .xml or .mjb")
     if not Path(model).is_file():  # MuJoCo would leave a log file behind
         raise InputError("import_mujoco: model", Path(model), "a file that exists")
-    binary = Path(model).suffix == ".mjb"
+    binary = Path(model).suffix.lower() == ".mjb"
     load = mujoco.MjModel.from_binary_path if binary else mujoco.MjModel.from_xml_path
     try:
         return load(str(model))
@@ -63,17 +63,33 @@ def load_model(model: Any) -> Any:
 
 
 def body_name(model: Any, body: int) -> str:
-    """Gives a body's name, or body_<id> for one that has none."""
-    return str(model.body(body).name) or f"body_{body}"
+    """Gives a body's name, or for one that has none body_<id>, with _ if that is another's."""
+    return str(model.body(body).name) or _unnamed(model, "body", body)
 
 
 def joint_name(model: Any, joint: int) -> str:
-    """Gives a joint's name, or joint_<id> for one that has none."""
-    return str(model.joint(joint).name) or f"joint_{joint}"
+    """Gives a joint's name, or for one that has none joint_<id>, with _ if that is another's."""
+    return str(model.joint(joint).name) or _unnamed(model, "joint", joint)
 
 
-def short_list(names: Iterable[str], limit: int = 12) -> str:
-    """Gives names for a message: the first few, and how many more."""
-    names = [name for name in names if name]
-    more = f", ... ({len(names)} in all)" if len(names) > limit else ""
-    return (", ".join(names[:limit]) or "none there") + more
+def _unnamed(model: Any, kind: str, number: int) -> str:
+    mujoco = mujoco_package()
+    types = {"body": mujoco.mjtObj.mjOBJ_BODY, "joint": mujoco.mjtObj.mjOBJ_JOINT}
+    name = f"{kind}_{number}"
+    while mujoco.mj_name2id(model, types[kind], name) >= 0:
+        name += "_"
+    return name
+
+
+def enabled(model: Any, what: str) -> bool:
+    """Tells whether a model's option flag leaves something on: gravity, limit, spring, ...
+
+    Args:
+        what: as the flag is named in a model file. `spring` and `damper` are one flag, `passive`,
+            in older versions of MuJoCo.
+
+    """
+    bits = mujoco_package().mjtDisableBit
+    names = (f"mjDSBL_{what.upper()}", "mjDSBL_PASSIVE" if what in ("spring", "damper") else "")
+    mask = sum({int(getattr(bits, name)) for name in names if hasattr(bits, name)})
+    return not int(model.opt.disableflags) & mask

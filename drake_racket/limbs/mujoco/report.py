@@ -3,44 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.limbs.mujoco.model import body_name, joint_name, mujoco_package, short_list
+from drake_racket.limbs.left_out import LeftOut, LeftOutItem
+from drake_racket.limbs.mujoco.model import (
+    body_name,
+    enabled,
+    joint_name,
+    mujoco_package,
+)
 from drake_racket.limbs.mujoco.tree import Tree
-
-
-@dataclass(frozen=True)
-class LeftOutItem:
-    """Holds one kind of thing: what it is, what became of it, the names of all of them."""
-
-    kind: str
-    fate: str
-    names: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class LeftOut:
-    """Holds all that a model has and the import does not carry over."""
-
-    items: tuple[LeftOutItem, ...]
-
-    def names(self, kind: str) -> tuple[str, ...]:
-        """Gives names of one kind; empty if the model has none of it."""
-        return next((item.names for item in self.items if item.kind == kind), ())
-
-    def table(self) -> str:
-        """Gives a line per kind: how many, what became of them, the first names."""
-        if not self.items:
-            return "nothing left out"
-        kind, fate = (max(len(getattr(i, key)) for i in self.items) for key in ("kind", "fate"))
-        return "\n".join(
-            f"{len(i.names):5d}  {i.kind:{kind}}  {i.fate:{fate}}  {short_list(i.names, 4)}"
-            for i in self.items
-        )
 
 
 def left_out(tree: Tree, couplings: str) -> LeftOut:
@@ -139,5 +114,16 @@ def _elements(model: Any) -> Iterator[LeftOutRow]:
     yield "lights", "absent", named(model.nlight, model.light, "light")
     fluid = [n for n in ("density", "viscosity") if getattr(model.opt, n) != 0.0]
     yield "fluid forces", "absent", fluid
-    gravity = ", ".join(f"{g:g}" for g in model.opt.gravity)
+    gravity = ", ".join(f"{g:g}" for g in gravity_of(model))
     yield "gravity", "the plant's own acts", [f"({gravity}) m/s^2"]
+    flags = [name for name in FLAGS if not enabled(model, name)]
+    yield "switched off by the model", "as there", flags
+
+
+FLAGS = ("gravity", "limit", "spring", "damper", "equality")
+"""The option flags of a model that the import follows."""
+
+
+def gravity_of(model: Any) -> NDArray[np.float64]:
+    """Gives the gravity (3,) that acts in a model, in its world (m/s^2)."""
+    return np.array(model.opt.gravity) * float(enabled(model, "gravity"))

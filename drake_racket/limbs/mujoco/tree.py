@@ -19,8 +19,14 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_racket.io.errors import InputError
+from drake_racket.limbs.left_out import short_list
 from drake_racket.limbs.mujoco.couplings import joint_couplings, joint_values
-from drake_racket.limbs.mujoco.model import body_name, joint_name, mujoco_package, short_list
+from drake_racket.limbs.mujoco.model import (
+    body_name,
+    enabled,
+    joint_name,
+    mujoco_package,
+)
 
 Kind = Literal["hinge", "slide", "ball"]
 
@@ -230,7 +236,8 @@ def _read_joint(
     kind, name = kinds[int(model.jnt_type[joint])], joint_name(model, joint)
     position, velocity = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
     scalar = kind != "ball"
-    limited = scalar and bool(model.jnt_limited[joint])
+    limited = scalar and bool(model.jnt_limited[joint]) and enabled(model, "limit")
+    spring, damper = (float(enabled(model, what)) for what in ("spring", "damper"))
     return TreeJoint(
         id=joint,
         name=name,
@@ -243,8 +250,8 @@ def _read_joint(
         limits=(float(model.jnt_range[joint, 0]), float(model.jnt_range[joint, 1]))
         if limited
         else None,
-        damping=float(model.dof_damping[velocity]),
+        damping=damper * float(model.dof_damping[velocity]),
         armature=float(model.dof_armature[velocity]),
-        stiffness=float(model.jnt_stiffness[joint]),
+        stiffness=spring * float(model.jnt_stiffness[joint]),
         spring_at=float(model.qpos_spring[position]) if scalar else 0.0,
     )

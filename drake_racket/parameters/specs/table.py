@@ -33,7 +33,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
 
 
 def rackets_from_table(
-    path: Path, columns: Mapping[str, str] | None = None, bed: str = ""
+    path: str | Path, columns: Mapping[str, str] | None = None, bed: str = ""
 ) -> list[RacketParameters]:
     """Makes a racket of every row; all of them are checked before any is returned.
 
@@ -46,6 +46,7 @@ def rackets_from_table(
         InputError: naming the row, the key, the value and what is allowed.
 
     """
+    path = Path(path)
     table = CsvTable.read(path, MOST_ROWS)
     at = _find_columns(table, dict(columns or {}))
     rackets, seen = [], dict[str, int]()

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-from drake_racket.plots.style import BLUE, GREEN, VERMILION
+from drake_racket.plots.style import BLUE, GREEN, VERMILION, as_written
 
 AXIS_STYLES = (("x", GREEN, ":"), ("y", VERMILION, "--"), ("z", BLUE, "-"))
 """Component, colour and line of a vector's three curves."""
@@ -40,7 +40,7 @@ def impact_figure(history: xarray.Dataset) -> Figure:
 
 def title_of(history: xarray.Dataset) -> str:
     """Gives the history's title; a CSV does not keep it."""
-    return str(history.attrs.get("title", "Impact"))
+    return as_written(history.attrs.get("title", "Impact"))
 
 
 def finish_time_axis(axes: Any, history: xarray.Dataset) -> None:

@@ -15,6 +15,7 @@ from drake_racket.plots.style import (
     PURPLE,
     SKY,
     VERMILION,
+    as_written,
     new_figure,
 )
 
@@ -84,4 +85,4 @@ def _draw_joints(axes: Any, history: xarray.Dataset, name: str, scale: float) ->
         if name == "joint_position":
             values = values - values[0]
         colour, line = _COLOURS[i % len(_COLOURS)], _LINES[(i // len(_COLOURS)) % len(_LINES)]
-        axes.plot(time, values, color=colour, ls=line, label=str(joint).replace("_", " "))
+        axes.plot(time, values, color=colour, ls=line, label=as_written(joint).replace("_", " "))

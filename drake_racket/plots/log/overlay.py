@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.plots.log.impact import contact_window
-from drake_racket.plots.style import CYCLE, new_figure, tidy
+from drake_racket.plots.style import CYCLE, as_written, new_figure, tidy
 
 if TYPE_CHECKING:
     import xarray
@@ -43,7 +43,9 @@ def overlay_figure(logs: Mapping[str, xarray.Dataset]) -> Figure:
         for (name, log), colour, style in zip(logs.items(), CYCLE, _STYLES, strict=False):
             time, values = 1e3 * log["time"].to_numpy(), read(log)
             shown = time <= release + 3.0 if near else np.ones(len(time), dtype=bool)
-            axes.plot(time[shown], values[shown], color=colour, ls=style, lw=1.4, label=name)
+            axes.plot(
+                time[shown], values[shown], color=colour, ls=style, lw=1.4, label=as_written(name)
+            )
         axes.set(title=title, xlabel="time from touch (ms)", ylabel=label)
         tidy(axes)
     handles, labels = panels[0, 0].get_legend_handles_labels()

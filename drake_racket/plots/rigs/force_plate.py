@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drake_racket.io.signals import Signal
-from drake_racket.plots.style import BLUE, GREY, VERMILION, new_figure, tidy
+from drake_racket.plots.style import BLUE, GREY, VERMILION, as_written, new_figure, tidy
 
 if TYPE_CHECKING:
     import xarray
@@ -38,7 +38,7 @@ def force_plate_figure(data: xarray.Dataset, measured: Signal | None = None) -> 
         axes.set_ylabel(label)
         axes.tick_params(labelbottom=row == 2)
     shared.set_xlabel("approach speed (m/s)")
-    figure.suptitle(f"{data.attrs['title']}: model, and its closed form")
+    figure.suptitle(f"{as_written(data.attrs['title'])}: model, and its closed form")
     return figure
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_racket.plots.style import BLUE, GREY, VERMILION, new_figure, tidy
+from drake_racket.plots.style import BLUE, GREY, VERMILION, as_written, new_figure, tidy
 from drake_racket.rigs.hammer.ringing import Ringing
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def hammer_figure(
     for axes in panels.flat:
         tidy(axes)
     racket = next(iter(strikes.values())).attrs["title"].rsplit(",", 1)[0]
+    racket = as_written(racket)
     figure.suptitle(f"{racket}\n{note}" if note else racket)
     return figure
 

@@ -17,6 +17,7 @@ from drake_racket.plots.style import (
     PURPLE,
     RACKET_COLOURS,
     VERMILION,
+    as_written,
     new_figure,
     tidy,
 )
@@ -170,7 +171,7 @@ def _axis_legend(axes: Any, bench: xarray.Dataset, place: str) -> None:
         for axis, marker in _MARKERS.items()
     ]
     handles += [
-        Line2D([], [], marker="o", color=colour, ls="none", label=racket)
+        Line2D([], [], marker="o", color=colour, ls="none", label=as_written(racket))
         for racket, colour, _ in _columns(bench)
     ]
     axes.legend(handles=handles, frameon=False, loc=place, fontsize="small")

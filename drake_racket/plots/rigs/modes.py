@@ -14,6 +14,7 @@ from drake_racket.plots.style import (
     GREY,
     RACKET_COLOURS,
     VERMILION,
+    as_written,
     draw_outline,
     new_figure,
     tidy,
@@ -49,7 +50,9 @@ def frame_modes_figure(modes: xarray.Dataset, racket: RacketParameters) -> Figur
     panels[-1].set_xlabel("distance from the butt (mm)")
     strings = "strung" if modes.attrs["strung"] else "bare frame"
     support = modes.attrs["support"].replace("_", " ")
-    figure.suptitle(f"{racket.title.split(',')[0]}: bending modes, {strings}, {support}")
+    figure.suptitle(
+        f"{as_written(racket.title.split(',')[0])}: bending modes, {strings}, {support}"
+    )
     return figure
 
 
@@ -136,7 +139,7 @@ def string_modes_figure(coupling: xarray.Dataset, racket: RacketParameters) -> F
         shrink=0.5,
         label="deflection over the largest (1)",
     )
-    figure.suptitle(f"{racket.title}: string-bed modes, head clamped")
+    figure.suptitle(f"{as_written(racket.title)}: string-bed modes, head clamped")
     return figure
 
 

@@ -14,6 +14,7 @@ from drake_racket.plots.style import (
     PURPLE,
     RACKET_COLOURS,
     VERMILION,
+    as_written,
     draw_outline,
     new_figure,
     tidy,
@@ -51,7 +52,7 @@ def restitution_over_speed(dataset: xarray.Dataset) -> Figure:
                     ms=3,
                     label=label if n == 0 else None,
                 )
-        axes.set_title(f"{racket}, {tension} tension")
+        axes.set_title(f"{as_written(racket)}, {tension} tension")
         tidy(axes)
     for axes in panels.flat[len(beds) :]:
         axes.set_axis_off()
@@ -82,11 +83,13 @@ def bed_maps(dataset: xarray.Dataset, name: str, *, scale: float = 1.0, title: s
         for label, axes in zip(labels, row, strict=True):
             drawn = values.sel({"racket": racket_name, other: label})
             dots = _draw_points(axes, racket, drawn, (low, high))
-            axes.set_title(f"{racket_name}, {str(label).replace('_', ' ')}", fontsize=10)
+            axes.set_title(
+                f"{as_written(racket_name)}, {str(label).replace('_', ' ')}", fontsize=10
+            )
     bar = figure.colorbar(dots, ax=panels, shrink=0.6)
     units = dataset[name].attrs["units"]
     bar.set_label(name.replace("_", " ") + ("" if units == "1" else f" ({_unit(units, scale)})"))
-    figure.suptitle(title or dataset.attrs.get("title", ""))
+    figure.suptitle(title or as_written(dataset.attrs.get("title", "")))
     return figure
 
 
@@ -142,7 +145,7 @@ def oblique_figure(dataset: xarray.Dataset, racket: str, tension: str) -> Figure
     panels[0, 0].set_ylabel("rebound angle (deg)")
     panels[1, 0].set_ylabel("tangential rebound velocity (m/s)")
     panels[0, -1].legend(frameon=False, fontsize=8, loc="center")
-    figure.suptitle(f"Head clamped, oblique impacts: {racket}, {tension} tension")
+    figure.suptitle(f"Head clamped, oblique impacts: {as_written(racket)}, {tension} tension")
     return figure
 
 
@@ -167,10 +170,12 @@ def along_axis_figure(dataset: xarray.Dataset, nodes: dict[str, float] | None = 
         for axes, (name, scale, text) in zip(panels, shown, strict=True):
             values = scale * dataset[name].sel(racket=racket)
             x = 1e3 * dataset["offset_x"]
-            axes.plot(x, values, color=colour, marker="o", ms=3, label=str(racket))
+            axes.plot(x, values, color=colour, marker="o", ms=3, label=as_written(racket))
             if nodes and name == "bending_angle":
                 at = 1e3 * (nodes[str(racket)] - centre)
-                axes.axvline(at, color=colour, ls=":", label=f"node of bending, {racket}")
+                axes.axvline(
+                    at, color=colour, ls=":", label=f"node of bending, {as_written(racket)}"
+                )
             axes.set_ylabel(text)
             tidy(axes)
     for axes in panels[:2]:

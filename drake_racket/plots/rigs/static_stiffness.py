@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from drake_racket.plots.style import BED_STYLES, new_figure, tidy
+from drake_racket.plots.style import BED_STYLES, as_written, new_figure, tidy
 
 if TYPE_CHECKING:
     import xarray
@@ -26,7 +26,7 @@ def stiffness_figure(dataset: xarray.Dataset, difference: xarray.Dataset) -> Fig
         for tension in dataset["tension"].to_numpy():
             bed = dataset.sel(racket=racket, tension=tension, point=point)
             colour, style = BED_STYLES[racket, tension]
-            label = f"{racket}, {tension}"
+            label = f"{as_written(racket)}, {tension}"
             curve.plot(1e3 * bed["deflection"], force, color=colour, ls=style, label=label)
             stiffness.plot(force, 1e-3 * bed["secant_stiffness"], color=colour, ls=style)
     curve.set(xlabel="deflection (mm)", ylabel="force (N)", title=f"Point {point}")

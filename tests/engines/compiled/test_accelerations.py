@@ -49,10 +49,7 @@ def compare(system, model, floats, states, records):
     for state, record in zip(states, records, strict=True):
         plant.SetPositionsAndVelocities(context, state)
         own.SetDiscreteState(record)
-        expected = system.diagram.EvalTimeDerivatives(root)
-        expected = np.concatenate(
-            [expected[i].CopyToVector() for i in range(0)] or [expected.CopyToVector()]
-        )
+        expected = system.diagram.EvalTimeDerivatives(root).CopyToVector()
         if record[PHASE] and contact.GetOutputPort("contact_state").Eval(own)[4] == 0.0:
             continue  # past the release, where a step of the compiled engine looks further
         totals = len(expected) - n
@@ -66,9 +63,8 @@ def compare(system, model, floats, states, records):
     return motion, lost
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_rates_are_the_diagrams(name):
-    scenario = Scenario(gravity=(0.3, -1.0, -9.81), **CASES[name])
+def check_rates(changes):
+    scenario = Scenario(gravity=(0.3, -1.0, -9.81), **changes)
     case = resolve(scenario)
     system = make_impact_diagram(case)
     compiled = CompiledImpact(system)
@@ -93,12 +89,16 @@ def test_rates_are_the_diagrams(name):
     assert lost < 1e-11
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_rates_are_the_diagrams(name):
+    check_rates(CASES[name])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("bed", BEDS)
 @pytest.mark.parametrize("support", ["free", "grip", "limb"])
 def test_rates_of_every_bed(bed, support):
-    CASES["bed"] = {"racket": bed[0], "tension": bed[1], "support": support}
-    test_rates_are_the_diagrams("bed")
+    check_rates({"racket": bed[0], "tension": bed[1], "support": support})
 
 
 trees = st.integers(1, 6).flatmap(

@@ -1,0 +1,64 @@
+"""Where the noise is unknown, intervals and covariances are those of Student's t, exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from drake_racket.identify.core.intervals import profile, profile_interval
+from drake_racket.identify.core.least_squares import fit
+from tests.identify.test_fit import Linear
+
+T = np.linspace(-1.0, 2.0, 15)
+DESIGN = np.stack([np.ones(15), T], axis=1)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    noise = np.random.default_rng(4).normal(0.0, 0.3, 15)
+    return Linear(DESIGN, DESIGN @ [1.0, 2.0] + noise)
+
+
+def by_hand(problem):
+    x, squares = np.linalg.lstsq(problem.design, problem.y)[:2]
+    variance = float(squares[0]) / 13.0
+    errors = np.sqrt(variance * np.diag(np.linalg.inv(DESIGN.T @ DESIGN)))
+    return x, variance, stats.t.ppf(0.975, 13) * errors
+
+
+def test_profiles_of_unknown_noise_are_the_textbooks_intervals(problem):
+    result = fit(problem, starts=1)
+    x, variance, half = by_hand(problem)
+    assert result.residual_sigma == pytest.approx(np.sqrt(variance))
+    np.testing.assert_allclose(result.confidence_intervals[1], [x[1] - half[1], x[1] + half[1]])
+    low, high = profile_interval(problem, result, "p1")
+    assert (low, high) == pytest.approx((x[1] - half[1], x[1] + half[1]), rel=1e-5)
+
+
+def test_a_profile_is_in_units_of_the_estimated_variance(problem):
+    result = fit(problem, starts=1)
+    x, variance, half = by_hand(problem)
+    curve = profile(problem, result, "p1", values=np.array([x[1] - half[1], x[1] + half[1]]))
+    assert curve.threshold == pytest.approx(stats.t.ppf(0.975, 13) ** 2)
+    np.testing.assert_allclose(curve.chi2, curve.threshold, rtol=1e-6)
+    assert variance != pytest.approx(np.sqrt(variance), rel=0.1)  # else it would not tell
+
+
+def test_known_noise_takes_the_normal_quantile(problem):
+    known = Linear(problem.design, problem.y, sigma=np.full(15, 0.3))
+    result = fit(known, starts=1)
+    x, _, _ = by_hand(problem)
+    half = 1.959964 * 0.3 * np.sqrt(np.linalg.inv(DESIGN.T @ DESIGN)[1, 1])
+    ends = profile_interval(known, result, "p1")
+    assert ends == pytest.approx((x[1] - half, x[1] + half), rel=1e-5)
+
+
+def test_an_undetermined_parameter_has_no_covariance_with_any_other():
+    design = np.stack([np.ones(15), T, 2.0 * T], axis=1)
+    open_problem = Linear(design, design @ [1.0, 2.0, 1.0] + 0.1 * np.cos(7.0 * T))
+    covariance = fit(open_problem, starts=1).covariance
+    assert np.isinf(np.diag(covariance)[1:]).all()
+    assert np.isfinite(covariance[0, 0])
+    off = covariance[~np.eye(3, dtype=bool)]
+    assert np.isnan(off).all()
