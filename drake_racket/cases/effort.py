@@ -103,7 +103,7 @@ def _strings(case: Case) -> list[Rate]:
     bed, ball = case.racket.string_bed, case.ball
     points = len(case.racket.bed_topology().points)
     mass = bed.mass.value / points
-    k = max(bed.stiffness.value) * max(bed.rim_factors.value)
+    k = max(bed.stiffness.value) * max(bed.rim_factors.value, default=1.0)
     springs = 4.0 * (bed.initial_tension.value / bed.spacing.value + k * _SLOPE**2)
     kb = ball.stiffness_low.value * max(1.0, 1.0 + ball.stiffness_growth.value)
     cb = ball.damping_low.value * max(1.0, 1.0 + ball.damping_growth.value)

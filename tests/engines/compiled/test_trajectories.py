@@ -188,7 +188,7 @@ def test_a_ball_beside_the_strings_passes_by():
     assert trajectory.record[-1, PHASE] == PASSED
     assert trajectory.contact[:, 4].max() == 0.0
     result = make_result(case, trajectory, history=False)
-    assert result.warnings == ["the ball did not touch the strings"]
+    assert "the ball did not touch the strings" in result.warnings
 
 
 def test_a_run_may_start_at_touch_and_end_in_contact():

@@ -11,7 +11,6 @@ on a prismatic joint along n leaves m (1 - n n^T), and of its force what is acro
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from drake_racket.engines.compiled.dynamics import layout as at
@@ -158,7 +157,8 @@ def _eliminate(a: Any, b: Any, inboard: bool, rotor: float, tau: Any) -> None:
     if not inboard:
         return
     x0, x1, x2, x3, x4, x5 = inertia_times(a, c0, c1, c2, c3, c4, c5)
-    share = drive / d
+    inverse = 1.0 / d
+    share = drive * inverse
     k = FORCE
     b[k] += a[k] + x0 + u0 * share
     b[k + 1] += a[k + 1] + x1 + u1 * share
@@ -166,7 +166,8 @@ def _eliminate(a: Any, b: Any, inboard: bool, rotor: float, tau: Any) -> None:
     b[k + 3] += a[k + 3] + x3 + u3 * share
     b[k + 4] += a[k + 4] + x4 + u4 * share
     b[k + 5] += a[k + 5] + x5 + u5 * share
-    e0, e1, e2, e3, e4, e5 = u0 / d, u1 / d, u2 / d, u3 / d, u4 / d, u5 / d
+    e0, e1, e2 = u0 * inverse, u1 * inverse, u2 * inverse
+    e3, e4, e5 = u3 * inverse, u4 * inverse, u5 * inverse
     b[XX] += a[XX] - u0 * e0
     b[XY] += a[XY] - u0 * e1
     b[XZ] += a[XZ] - u0 * e2
@@ -194,23 +195,22 @@ def _eliminate(a: Any, b: Any, inboard: bool, rotor: float, tau: Any) -> None:
 
 @compilable
 def _factor3(xx: Any, xy: Any, xz: Any, yy: Any, yz: Any, zz: Any) -> Any:
-    """Cholesky factor of a symmetric 3 x 3 matrix: its lower triangle by rows."""
-    a = math.sqrt(xx)
-    b, d = xy / a, xz / a
-    c = math.sqrt(yy - b * b)
-    e = (yz - d * b) / c
-    return a, b, c, d, e, math.sqrt(zz - d * d - e * e)
+    """Factors a symmetric 3 x 3 matrix, L D L^T: L's three numbers by rows, and D's reciprocals."""
+    p = 1.0 / xx
+    a, b = xy * p, xz * p
+    q = 1.0 / (yy - a * xy)
+    rest = yz - b * xy
+    c = rest * q
+    return a, b, c, p, q, 1.0 / (zz - b * xz - c * rest)
 
 
 @compilable
 def _solve3(f: Any, x0: Any, x1: Any, x2: Any) -> Any:
     """Solves with a factor of _factor3."""
-    z0 = x0 / f[0]
-    z1 = (x1 - f[1] * z0) / f[2]
-    z2 = (x2 - f[3] * z0 - f[4] * z1) / f[5]
-    r2 = z2 / f[5]
-    r1 = (z1 - f[4] * r2) / f[2]
-    return (z0 - f[1] * r1 - f[3] * r2) / f[0], r1, r2
+    z1 = x1 - f[0] * x0
+    z2 = (x2 - f[1] * x0 - f[2] * z1) * f[5]
+    r1 = z1 * f[4] - f[2] * z2
+    return x0 * f[3] - f[0] * r1 - f[1] * z2, r1, z2
 
 
 @compilable
