@@ -47,7 +47,7 @@ _IDENTITY = RigidTransform(Quaternion(1.0, 0.0, 0.0, 0.0), [0.0, 0.0, 0.0])
 class ImpactDiagram:
     """The ImpactDiagram holds a built Diagram and the handles into it.
 
-    The Diagram exports the outputs `contact_state`, `string_tensions` and `string_deflections`, and
+    The Diagram exports the outputs `contact_state`, `string_tension` and `string_deflection`, and
     `hand_load` where a hand holds the racket (then there are `grip` and `grip_load`); with a limb
     also `joint_torques`, as an output, or as an input if they are a user's (then there is `limb`).
     Build one per topology (`Case.topology`) and take a new Context per case.
@@ -220,8 +220,9 @@ def make_impact_diagram(
     probe = builder.AddNamedSystem("step_probe", StepProbe())
     assert impact.contact is not None
     builder.ExportOutput(impact.contact.GetOutputPort("contact_state"), "contact_state")
-    builder.ExportOutput(impact.string_bed.GetOutputPort("tensions"), "string_tensions")
-    builder.ExportOutput(impact.string_bed.GetOutputPort("deflections"), "string_deflections")
+    builder.ExportOutput(impact.string_bed.GetOutputPort("string_tension"), "string_tension")
+    deflection = impact.string_bed.GetOutputPort("string_deflection")
+    builder.ExportOutput(deflection, "string_deflection")
     if grip_load is not None:
         builder.ExportOutput(grip_load.GetOutputPort("hand_load"), "hand_load")
     if export_torques:

@@ -157,15 +157,17 @@ def test_system_ports_give_the_laws():
     )
     assert np.count_nonzero(force) == 9
     assert np.allclose(
-        bed.GetOutputPort("tensions").Eval(own), tensions(z, z * 0, c, BED.incidence), rtol=1e-12
+        bed.GetOutputPort("string_tension").Eval(own),
+        tensions(z, z * 0, c, BED.incidence),
+        rtol=1e-12,
     )
-    assert np.array_equal(bed.GetOutputPort("deflections").Eval(own), z)
-    energy = bed.GetOutputPort("energy").Eval(own)
+    assert np.array_equal(bed.GetOutputPort("string_deflection").Eval(own), z)
+    energy = bed.GetOutputPort("string_energy").Eval(own)
     assert energy[0] == pytest.approx(stored_energy(z, c, BED.incidence), rel=1e-12)
     # a parameter in the Context changes the force at once
     mutable = bed.GetMyMutableContextFromRoot(root)
     mutable.get_mutable_numeric_parameter(StringBed.INITIAL_TENSION).SetFromVector([0.0])
-    changed = bed.GetOutputPort("tensions").Eval(own)
+    changed = bed.GetOutputPort("string_tension").Eval(own)
     assert np.allclose(changed, tensions(z, z * 0, c, BED.incidence) - 648.2, rtol=1e-9, atol=1e-9)
 
 

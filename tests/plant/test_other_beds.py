@@ -189,12 +189,12 @@ def test_the_drake_system_gives_them(file, racket, by_hand):
     rows = [joint.velocity_start() for joint in handles.string_joints]
     np.testing.assert_allclose(force[rows], forces(by_hand, z), rtol=1e-9, atol=1e-6)
     assert np.count_nonzero(force) == 20
-    energy = bed.GetOutputPort("energy").Eval(own)[0]
+    energy = bed.GetOutputPort("string_energy").Eval(own)[0]
     assert energy == pytest.approx(potential(by_hand, z).real, rel=1e-9)
     constants = spring_constants(string_bed_model(racket))
     expected = tensions(z, 0.0 * z, constants, racket.bed_topology().incidence)
-    assert bed.GetOutputPort("tensions").Eval(own) == pytest.approx(expected, rel=1e-12)
-    assert bed.GetOutputPort("deflections").Eval(own) == pytest.approx(z)
+    assert bed.GetOutputPort("string_tension").Eval(own) == pytest.approx(expected, rel=1e-12)
+    assert bed.GetOutputPort("string_deflection").Eval(own) == pytest.approx(z)
     # the masses are the whole mass of the strings, at their places
     masses = [body.get_mass(context) for body in handles.string_masses]
     assert sum(masses) == pytest.approx(0.0149)

@@ -26,7 +26,7 @@ def EnergyMeter_(T: Any) -> Any:
         Input ports:
             power (6): the BallContact's port of that name (W, W, W, N, N, N).
             state: the plant's multibody state, with the rates of the j frame joints (rad/s).
-            string_energy (2): the StringBed's energy port; read only if the strings are damped.
+            string_energy (2): the StringBed's port of that name; read if the strings are damped.
             grip_power (1): the GripLoad's power (W); only of a meter for a held racket.
         Output ports:
             totals (9, EnergyTotals): lost in the ball's damper, lost to friction, gained from the
@@ -117,7 +117,8 @@ def add_energy_meter(
     )
     builder.Connect(impact.contact.GetOutputPort("power"), meter.GetInputPort("power"))
     builder.Connect(plant.get_state_output_port(), meter.GetInputPort("state"))
-    builder.Connect(impact.string_bed.GetOutputPort("energy"), meter.GetInputPort("string_energy"))
+    strings = impact.string_bed.GetOutputPort("string_energy")
+    builder.Connect(strings, meter.GetInputPort("string_energy"))
     if grip_load is not None:
         builder.Connect(grip_load.GetOutputPort("power"), meter.GetInputPort("grip_power"))
     return meter

@@ -88,9 +88,9 @@ def StringBed_(T: Any) -> Any:
             state: the plant's multibody state [q; v] (m, rad, m/s, rad/s).
         Output ports:
             generalized_force (nv): forces on the string joints (N), zero elsewhere.
-            tensions (m): N, in the order of the topology's springs.
-            deflections (n): m, of the masses along the head's z.
-            energy (2): stored energy (J), power lost in string damping (W).
+            string_tension (m): N, in the order of the topology's springs.
+            string_deflection (n): m, of the masses along the head's z.
+            string_energy (2): stored energy (J), power lost in string damping (W).
         Numeric parameters:
             0 stiffness k1.. (N/m); 1 rim_factors p1.. (1); 2 initial_tension T0 (N);
             3 damping c (N s/m); 4 lengths (m) L0 (m).
@@ -127,9 +127,9 @@ def StringBed_(T: Any) -> Any:
             needs = {self._state.ticket(), self.all_parameters_ticket()}
             for name, count, calc in (
                 ("generalized_force", at.num_velocities, self._calc_force),
-                ("tensions", len(model.topology.names), self._calc_tensions),
-                ("deflections", len(model.topology.points), self._calc_deflections),
-                ("energy", 2, self._calc_energy),
+                ("string_tension", len(model.topology.names), self._calc_tensions),
+                ("string_deflection", len(model.topology.points), self._calc_deflections),
+                ("string_energy", 2, self._calc_energy),
             ):
                 self.DeclareVectorOutputPort(name, count, calc, prerequisites_of_calc=needs)
 
