@@ -203,6 +203,8 @@ class _Pool(Generic[T, R]):
 
     def _replace(self) -> None:
         """A new pool for a broken one."""
+        for process in self._processes:  # one that was just starting Python may leave alive
+            process.terminate()
         self._executor.shutdown()
         if any(process.exitcode == _MAIN_AGAIN for process in self._processes):
             raise PoolError(
