@@ -63,7 +63,7 @@ def direct():
     """The same impact without the rig: tight grip, point 6."""
     scenario = changed(backhand_scenario(), grip="tight", point="6", after=AFTER + 1e-3)
     system = make_impact_diagram(scenario)
-    return system, simulate(scenario, system)
+    return system, simulate(scenario, system, engine="compiled")
 
 
 @pytest.mark.slow

@@ -27,7 +27,9 @@ from drake_racket.sweep.worker import CaseOutcome, CaseSettings, CaseTask
 
 pytestmark = pytest.mark.slow
 
-BASE = Scenario(support="clamped_head", audit=False, approach_time=1e-4, after=0.002)
+BASE = Scenario(
+    support="clamped_head", audit=False, approach_time=1e-4, after=0.002, engine="drake"
+)
 AXES = {
     "speed": {"from": 18.0, "to": 33.0, "count": 6, "unit": "m/s"},
     "point": [1, 8],
