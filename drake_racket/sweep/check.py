@@ -106,7 +106,8 @@ def compare(sweep: Sweep, rows: Sequence[CaseRow], checks: Sequence[CaseRow]) ->
     if not checks:
         return None
     table = {row.case: row.values for row in rows if not row.failure}
-    scale = np.nanmax(np.abs(np.array(list(table.values()))), axis=0, initial=0.0)
+    magnitudes = np.abs(np.nan_to_num(np.array(list(table.values()))))
+    scale = np.max(magnitudes, axis=0, initial=0.0)
     differences: dict[str, float] = {}
     failures = {row.case: row.failure for row in checks if row.failure}
     for i, output in enumerate(sweep.outputs):

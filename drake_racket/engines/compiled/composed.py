@@ -13,7 +13,11 @@ from pydrake.systems.framework import Context, Diagram, InputPort, System
 from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 from drake_racket.engines.compiled.dynamics import layout as at
-from drake_racket.engines.compiled.engine import SHARE_OF_ACCURACY, velocity_of_each_position
+from drake_racket.engines.compiled.engine import (
+    SHARE_OF_ACCURACY,
+    more_room,
+    velocity_of_each_position,
+)
 from drake_racket.engines.compiled.extract.model import Wiring, extract
 from drake_racket.engines.compiled.integrate import FINISHED, FULL
 from drake_racket.engines.compiled.kernel import run_case
@@ -124,7 +128,7 @@ class CompiledDiagram:
             )
             if how != FULL:
                 break
-            room *= 4
+            room = more_room(room, begin + samples[-1, 0])
         if how != FINISHED:
             raise SimulationError(f"stopped at t = {begin + samples[count - 1, 0]:.6g} s")
         kept[:count, :, [TOUCH, RELEASE]] += begin

@@ -29,6 +29,9 @@ SHARE_OF_ACCURACY = 2e-3
 """Error allowed per step in units of the integrator's accuracy, so that at equal settings a result
 is at least as close as Drake's (docs/performance.md)."""
 
+MOST_SAMPLES = 2**20
+"""A run that takes more steps than this is stopped with an error."""
+
 _RATE = 1e3
 """1/s, by which errors of positions count as errors of velocities: impacts last milliseconds."""
 
@@ -132,7 +135,7 @@ class CompiledImpact:
             )
             if how != FULL:
                 break
-            room *= 4
+            room = more_room(room, samples[-1, 0])
         if how in (STUCK, NOT_FINITE):
             reason = "steps too short" if how == STUCK else "the state is not finite"
             time = samples[count - 1, 0]
@@ -231,6 +234,13 @@ class CompiledImpact:
             force = np.linalg.norm(nodes[:, self._first_node(joint), 27:30], axis=1)
             columns += [force] * joint.num_velocities()
         return np.stack(columns, axis=1)
+
+
+def more_room(room: int, time: float) -> int:
+    """Gives the next number of samples to keep; raises SimulationError where it ends."""
+    if room >= MOST_SAMPLES:
+        raise SimulationError(f"stopped at t = {time:.6g} s: more than {MOST_SAMPLES} steps")
+    return 4 * room
 
 
 def _blank_records(ints: NDArray[np.int64]) -> Array:

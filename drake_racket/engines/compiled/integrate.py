@@ -169,10 +169,15 @@ def _error(part: float, stiff: int, records: Any, scale: Any, s: Any, nq: int) -
 
 
 @compilable
-def _first_event(records: Any, gaps: Any) -> int:
-    """The contact whose watched number passes zero first in a step, by straight lines; -1: none."""
+def _first_event(records: Any, gaps: Any, known: int) -> int:
+    """The contact whose watched number passes zero first in a step, by straight lines; -1: none.
+
+    Contact `known` is left out.
+    """
     event, earliest = -1, 2.0
     for i in range(len(records)):
+        if i == known:
+            continue
         before, after = gaps[0, i], gaps[1, i]
         passed = records[i, PHASE] == PASSED
         happens = before < 0.0 <= after if passed else before > 0.0 >= after
@@ -255,7 +260,14 @@ def integrate(
                 tries += 1
                 near = abs(value) <= 1e-14 * abs(gaps[0, event]) or high - low < SHORTEST
                 if near or tries > 60:
-                    break
+                    other = _first_event(records, gaps, event)
+                    if other < 0:
+                        break
+                    # another contact's event lies before this one: it is looked for instead
+                    event, low, high, side, tries = other, 0.0, part, 0, 0
+                    at_low, at_high = gaps[0, event], gaps[1, event]
+                    part *= at_low / (at_low - at_high)
+                    continue
                 if (value > 0.0) == (at_high > 0.0):
                     high, at_high = part, value
                     at_low *= 0.5 if side == 1 else 1.0
@@ -289,7 +301,7 @@ def integrate(
                 part *= shorter
                 last = False
                 continue
-            event = _first_event(records, gaps)
+            event = _first_event(records, gaps, -1)
             if controlled and not (last and event < 0):
                 h = min(longest, part * factor)
             if event < 0:

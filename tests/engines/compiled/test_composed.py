@@ -188,3 +188,29 @@ def test_a_constant_torque_acts_and_a_controller_is_refused():
     plant, impact, diagram, _ = arm_with(controller)
     with pytest.raises(InputError, match="controller on actuation: got 'Sine'"):
         dr.CompiledDiagram(diagram, plant, [impact])
+
+
+@pytest.mark.parametrize("later", [0.0, 1e-6, 2e-5])
+def test_touches_of_two_balls_within_one_step(pair, later):
+    """Both are found, whichever is looked for first."""
+    plant, impacts, diagram = pair
+    root = diagram.CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+    # the second ball starts nearer to its strings, but slower
+    for impact, place, gap, speed in zip(
+        impacts,
+        ([0.511, 0.0], [0.3 + 0.509, 0.2]),
+        (0.005, 0.002 + 10.0 * later),
+        (25.0, 10.0),
+        strict=True,
+    ):
+        height = 0.0 if impact is impacts[0] else 1.0
+        plant.SetFreeBodyPose(context, impact.ball.body, RigidTransform([*place, height + gap]))
+        velocity = SpatialVelocity([0, 0, 0], [0.0, 0.0, -speed])
+        plant.SetFreeBodySpatialVelocity(context, impact.ball.body, velocity)
+    settings = dr.IntegratorSettings(maximum_step=2e-4, error_control=False)
+    dr.CompiledDiagram(diagram, plant, impacts).advance(root, 0.0006, settings)
+    first, second = (impact.record(root) for impact in impacts)
+    assert (first.touches, second.touches) == (1, 1)
+    assert first.touch_time == pytest.approx(2e-4, abs=1e-10)
+    assert second.touch_time == pytest.approx(2e-4 + later, abs=1e-10)
