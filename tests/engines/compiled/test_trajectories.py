@@ -20,6 +20,7 @@ from drake_racket import (
     run_drake,
     simulate,
 )
+from drake_racket.engines.compiled.dynamics.events import dips
 from drake_racket.engines.compiled.engine import CompiledImpact
 from drake_racket.laws.contact import FREE, PASSED
 from drake_racket.laws.phases import PHASE
@@ -213,15 +214,42 @@ def test_phases_follow_drakes():
     np.testing.assert_allclose(changes[0][1], changes[1][1], rtol=0, atol=2e-7)
 
 
-def test_a_slow_graze_is_not_stepped_over():
-    """A ball that comes back from its own side touches even where a step sees no sign change."""
-    scenario = Scenario(
-        approach_time=0.02, speed=0.6, gravity=(0.0, 0.0, 9.0), after=0.12, audit=False
-    )
-    case = resolve(scenario)
+def test_a_graze_is_not_stepped_over():
+    """A string mass swings up to a ball at rest: the gap closes and opens within one step."""
+    settings = IntegratorSettings(maximum_step=2e-4, error_control=False)
+    scenario = Scenario(support="clamped_head", after=0.0012, audit=False, integrator=settings)
+    case = resolve(dataclasses.replace(scenario, approach_time=0.0, engine="compiled"))
     system = make_impact_diagram(case)
-    ours, drake = CompiledImpact(system).run(case), run_drake(case, system)
-    assert ours.record[-1, -1] == drake.record[-1, -1]
+    compiled = CompiledImpact(system)
+    start = compiled.start(case)
+    nq, ball = system.plant.num_positions(), system.impact.ball.body
+    mass = system.impact.racket.string_joints[4].velocity_start()
+    height = ball.floating_positions_start() + 6
+    start.y[nq:] = 0.0
+    start.y[nq + mass] = 3.0
+    start.y[height] += 1.0
+    fine = dataclasses.replace(settings, maximum_step=1e-6)
+    far = dataclasses.replace(case, scenario=dataclasses.replace(case.scenario, integrator=fine))
+    heights = compiled.run_from(far, start).state[:, mass_position(system)]
+    start.y[height] -= 1.0
+    touched = []
+    for below in (1e-6, 2e-6, 5e-6, 1e-5):
+        near = dataclasses.replace(start, y=start.y.copy())
+        near.y[height] += heights.max() - below
+        touched.append(compiled.run_from(case, near).record[-1, -1])
+    assert touched == [1.0, 1.0, 1.0, 1.0]
+
+
+def mass_position(system):
+    return system.impact.racket.string_joints[4].position_start()
+
+
+@pytest.mark.parametrize("height", [0.1, 0.4999, 0.5001, 2.0])
+def test_a_parabola_dips_below_its_tangents(height):
+    """Gap = height - t (1 - t) over one unit of time; its tangents meet at height - 1/2."""
+    gaps, slopes = np.array([[height], [height]]), np.array([[-1.0], [1.0]])
+    assert dips(gaps, slopes, 0, 1.0) == (height < 0.5)
+    assert not dips(gaps, -slopes, 0, 1.0)
 
 
 def test_fixed_steps_have_the_length_asked_for():

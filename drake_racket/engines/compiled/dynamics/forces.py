@@ -10,8 +10,8 @@ import math
 from typing import Any
 
 from drake_racket.engines.compiled.dynamics import layout as at
-from drake_racket.engines.compiled.dynamics.layout import FORCE, POS, VEL
-from drake_racket.engines.compiled.dynamics.motion import cross
+from drake_racket.engines.compiled.dynamics.layout import FORCE, ROT, VEL
+from drake_racket.engines.compiled.dynamics.motion import back, cross, nine, placed, product, turn
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import contact_law
 from drake_racket.laws.limits import limit_torques
@@ -85,60 +85,13 @@ def string_forces(
 @compilable
 def frame_end(w: Any, i: int, n: Any, rotation: int, place: int, origin: Any) -> Any:
     """Rotation (9), place (3) and velocity (6, about the fixed point) of a bushing's frame."""
-    k = place
+    own, p = nine(n, rotation), (n[place], n[place + 1], n[place + 2])
     if i < 0:
-        r = (
-            n[rotation],
-            n[rotation + 1],
-            n[rotation + 2],
-            n[rotation + 3],
-            n[rotation + 4],
-            n[rotation + 5],
-            n[rotation + 6],
-            n[rotation + 7],
-            n[rotation + 8],
-        )
-        p = (n[k] - origin[0], n[k + 1] - origin[1], n[k + 2] - origin[2])
-        return r, p, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    a = w[i]
-    p = (
-        a[POS] + a[0] * n[k] + a[1] * n[k + 1] + a[2] * n[k + 2],
-        a[POS + 1] + a[3] * n[k] + a[4] * n[k + 1] + a[5] * n[k + 2],
-        a[POS + 2] + a[6] * n[k] + a[7] * n[k + 1] + a[8] * n[k + 2],
-    )
-    k = rotation
-    r = (
-        a[0] * n[k] + a[1] * n[k + 3] + a[2] * n[k + 6],
-        a[0] * n[k + 1] + a[1] * n[k + 4] + a[2] * n[k + 7],
-        a[0] * n[k + 2] + a[1] * n[k + 5] + a[2] * n[k + 8],
-        a[3] * n[k] + a[4] * n[k + 3] + a[5] * n[k + 6],
-        a[3] * n[k + 1] + a[4] * n[k + 4] + a[5] * n[k + 7],
-        a[3] * n[k + 2] + a[4] * n[k + 5] + a[5] * n[k + 8],
-        a[6] * n[k] + a[7] * n[k + 3] + a[8] * n[k + 6],
-        a[6] * n[k + 1] + a[7] * n[k + 4] + a[8] * n[k + 7],
-        a[6] * n[k + 2] + a[7] * n[k + 5] + a[8] * n[k + 8],
-    )
-    return r, p, (a[VEL], a[VEL + 1], a[VEL + 2]), (a[VEL + 3], a[VEL + 4], a[VEL + 5])
-
-
-@compilable
-def _turn(r: Any, x: Any) -> Any:
-    """R x."""
-    return (
-        r[0] * x[0] + r[1] * x[1] + r[2] * x[2],
-        r[3] * x[0] + r[4] * x[1] + r[5] * x[2],
-        r[6] * x[0] + r[7] * x[1] + r[8] * x[2],
-    )
-
-
-@compilable
-def back(r: Any, x: Any) -> Any:
-    """R^T x."""
-    return (
-        r[0] * x[0] + r[3] * x[1] + r[6] * x[2],
-        r[1] * x[0] + r[4] * x[1] + r[7] * x[2],
-        r[2] * x[0] + r[5] * x[1] + r[8] * x[2],
-    )
+        p = (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
+        return own, p, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    a, k = w[i], VEL
+    r = product(nine(a, ROT), own)
+    return r, placed(a, p), (a[k], a[k + 1], a[k + 2]), (a[k + 3], a[k + 4], a[k + 5])
 
 
 @compilable
@@ -220,7 +173,7 @@ def bushing_force(n: Any, a: int, c: int, w: Any, origin: Any) -> Any:
     r = _between(r_a, r_c)
     rate = back(r_a, (w_c[0] - w_a[0], w_c[1] - w_a[1], w_c[2] - w_a[2]))
     t0, t1, t2, power = _bushing_torque(n, r, rate)
-    m0, m1, m2 = _turn(r_a, (t0, t1, t2))
+    m0, m1, m2 = turn(r_a, (t0, t1, t2))
     k, d = at.FORCE_K, at.FORCE_D
     if not (n[k] or n[k + 1] or n[k + 2] or n[d] or n[d + 1] or n[d + 2]):
         return m0, m1, m2, 0.0, 0.0, 0.0, power
@@ -243,7 +196,7 @@ def bushing_force(n: Any, a: int, c: int, w: Any, origin: Any) -> Any:
         -(n[k + 2] * x[2] + n[d + 2] * v[2]),
     )
     power += f[0] * v[0] + f[1] * v[1] + f[2] * v[2]
-    f0, f1, f2 = _turn(r_a, _turn(half, f))
+    f0, f1, f2 = turn(r_a, turn(half, f))
     x0, x1, x2 = cross(
         0.5 * (p_a[0] + p_c[0]), 0.5 * (p_a[1] + p_c[1]), 0.5 * (p_a[2] + p_c[2]), f0, f1, f2
     )
@@ -267,31 +220,15 @@ def bushing_forces(ints: Any, numbers: Any, w: Any, origin: Any, grip: int) -> A
 @compilable
 def head_axes(n: Any, w: Any, head: int) -> Any:
     """Rotation (9) of the strings' axes in the world."""
-    k = at.R_HS
-    own = (n[k], n[k + 1], n[k + 2], n[k + 3], n[k + 4], n[k + 5], n[k + 6], n[k + 7], n[k + 8])
-    if head < 0:
-        return own
-    a = w[head]
-    return (
-        a[0] * own[0] + a[1] * own[3] + a[2] * own[6],
-        a[0] * own[1] + a[1] * own[4] + a[2] * own[7],
-        a[0] * own[2] + a[1] * own[5] + a[2] * own[8],
-        a[3] * own[0] + a[4] * own[3] + a[5] * own[6],
-        a[3] * own[1] + a[4] * own[4] + a[5] * own[7],
-        a[3] * own[2] + a[4] * own[5] + a[5] * own[8],
-        a[6] * own[0] + a[7] * own[3] + a[8] * own[6],
-        a[6] * own[1] + a[7] * own[4] + a[8] * own[7],
-        a[6] * own[2] + a[7] * own[5] + a[8] * own[8],
-    )
+    own = nine(n, at.R_HS)
+    return own if head < 0 else product(nine(w[head], ROT), own)
 
 
 @compilable
 def ball_motion(n: Any, ball: int, w: Any) -> Any:
     """Place (3) of a ball's centre, and its velocity (3) in the world."""
     a, k = w[ball], at.P_BALL
-    p0 = a[POS] + a[0] * n[k] + a[1] * n[k + 1] + a[2] * n[k + 2]
-    p1 = a[POS + 1] + a[3] * n[k] + a[4] * n[k + 1] + a[5] * n[k + 2]
-    p2 = a[POS + 2] + a[6] * n[k] + a[7] * n[k + 1] + a[8] * n[k + 2]
+    p0, p1, p2 = placed(a, (n[k], n[k + 1], n[k + 2]))
     x0, x1, x2 = cross(a[VEL], a[VEL + 1], a[VEL + 2], p0, p1, p2)
     return p0, p1, p2, a[VEL + 3] + x0, a[VEL + 4] + x1, a[VEL + 5] + x2
 
@@ -325,9 +262,9 @@ def contact_force(c: Any, n: Any, head: int, w: Any, leaves: Any, record: Any) -
     leaf = leaves[c[at.LEAF_0] + int(record[POINT]) - 1]
     p, v, r = relative(n, c[at.BALL], head, w, leaf)
     fx, fy, _, raw = contact_law(p, v, record[CONSTANTS])
-    f = _turn(r, (fx, fy, raw))
+    f = turn(r, (fx, fy, raw))
     x, y, z = leaf[0], leaf[1], leaf[2]
-    d = _turn(r, p)
+    d = turn(r, p)
     m0, m1, m2 = cross(x + d[0], y + d[1], z + d[2], f[0], f[1], f[2])
     add_force(w, c[at.BALL], m0, m1, m2, f[0], f[1], f[2])
     for k in range(3):

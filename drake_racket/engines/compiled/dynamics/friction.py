@@ -16,9 +16,9 @@ from __future__ import annotations
 from typing import Any
 
 from drake_racket.engines.compiled.dynamics import layout as at
-from drake_racket.engines.compiled.dynamics.forces import back, ball_motion, relative
+from drake_racket.engines.compiled.dynamics.forces import ball_motion, relative
 from drake_racket.engines.compiled.dynamics.layout import ACC, OWN, POS, SUB, VEL
-from drake_racket.engines.compiled.dynamics.motion import cross
+from drake_racket.engines.compiled.dynamics.motion import back, cross
 from drake_racket.engines.compiled.dynamics.solve import solve_free
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import contact_partials

@@ -142,53 +142,40 @@ GLOBALS = 4
 """Places of the tables in what `open_model` returns."""
 
 
+_TABLES = (
+    (0, NODES, NODE_INTS),
+    (0, LEAVES, LEAF_INTS),
+    (0, BUSHINGS, BUSHING_INTS),
+    (0, SPRINGS, -2),
+    (0, CONTACTS, CONTACT_INTS),
+    (0, LIMITS, LIMIT_INTS),
+    (0, FRAME_LOSSES, 0),
+    (0, LIMB_LOSSES, 0),
+    (1, NODES, NODE_FLOATS),
+    (1, LEAVES, LEAF_FLOATS),
+    (1, BUSHINGS, BUSHING_FLOATS),
+    (1, SPRINGS, -4),
+    (1, CONTACTS, CONTACT_FLOATS),
+    (1, ALL_POINTS, POINT_FLOATS),
+    (1, LIMITS, LIMIT_FLOATS),
+    (1, FRAME_LOSSES, 0),
+    (1, LIMB_LOSSES, 0),
+    (1, VELOCITIES, 0),
+)
+"""Of integers (0) or floats (1): what is counted; columns, 0 for none, or minus the number of rows
+where the columns are counted."""
+
+
 def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
     """Gives the tables of a model as views of its two vectors: integers, floats, then heads."""
-    n, l, b, s = ints[NODES], ints[LEAVES], ints[BUSHINGS], ints[SPRINGS]
-    c, p, j = ints[CONTACTS], ints[ALL_POINTS], ints[LIMITS]
-    fr, li, nv = ints[FRAME_LOSSES], ints[LIMB_LOSSES], ints[VELOCITIES]
-    i0 = HEADER
-    i1 = i0 + n * NODE_INTS
-    i2 = i1 + l * LEAF_INTS
-    i3 = i2 + b * BUSHING_INTS
-    i4 = i3 + 2 * s
-    i5 = i4 + c * CONTACT_INTS
-    i6 = i5 + j * LIMIT_INTS
-    i7 = i6 + fr
-    i8 = i7 + li
-    f0 = GLOBALS
-    f1 = f0 + n * NODE_FLOATS
-    f2 = f1 + l * LEAF_FLOATS
-    f3 = f2 + b * BUSHING_FLOATS
-    f4 = f3 + 4 * s
-    f5 = f4 + c * CONTACT_FLOATS
-    f6 = f5 + p * POINT_FLOATS
-    f7 = f6 + j * LIMIT_FLOATS
-    f8 = f7 + fr
-    f9 = f8 + li
-    f10 = f9 + nv
-    return (
-        ints[i0:i1].reshape(n, NODE_INTS),
-        ints[i1:i2].reshape(l, LEAF_INTS),
-        ints[i2:i3].reshape(b, BUSHING_INTS),
-        ints[i3:i4].reshape(2, s),
-        ints[i4:i5].reshape(c, CONTACT_INTS),
-        ints[i5:i6].reshape(j, LIMIT_INTS),
-        ints[i6:i7],
-        ints[i7:i8],
-        floats[f0:f1].reshape(n, NODE_FLOATS),
-        floats[f1:f2].reshape(l, LEAF_FLOATS),
-        floats[f2:f3].reshape(b, BUSHING_FLOATS),
-        floats[f3:f4].reshape(4, s),
-        floats[f4:f5].reshape(c, CONTACT_FLOATS),
-        floats[f5:f6].reshape(p, POINT_FLOATS),
-        floats[f6:f7].reshape(j, LIMIT_FLOATS),
-        floats[f7:f8],
-        floats[f8:f9],
-        floats[f9:f10],
-        ints[:HEADER],
-        floats[:GLOBALS],
-    )
+    tables, place = [], [HEADER, GLOBALS]
+    for kind, counted, columns in _TABLES:
+        count = int(ints[counted])
+        shape = (count, columns) if columns > 0 else (-columns, count) if columns else (count,)
+        end = place[kind] + int(np.prod(shape))
+        tables.append((ints, floats)[kind][place[kind] : end].reshape(shape))
+        place[kind] = end
+    return (*tables, ints[:HEADER], floats[:GLOBALS])
 
 
 def work_of(ints: Any) -> tuple[Any, Any]:

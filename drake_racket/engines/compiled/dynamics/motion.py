@@ -31,13 +31,52 @@ def cross(a0: Any, a1: Any, a2: Any, b0: Any, b1: Any, b2: Any) -> Any:
 
 
 @compilable
-def set_product(w: Any, i: int, r: Any, a: Any) -> None:
-    """Writes the rotation R A into node i, R (9) the rotation of F and A (9) that in F."""
-    for k in range(3):
-        r0, r1, r2 = r[3 * k], r[3 * k + 1], r[3 * k + 2]
-        w[i, ROT + 3 * k] = r0 * a[0] + r1 * a[3] + r2 * a[6]
-        w[i, ROT + 3 * k + 1] = r0 * a[1] + r1 * a[4] + r2 * a[7]
-        w[i, ROT + 3 * k + 2] = r0 * a[2] + r1 * a[5] + r2 * a[8]
+def nine(a: Any, k: int) -> Any:
+    """Gives nine numbers of a row from k on: a rotation by rows."""
+    return a[k], a[k + 1], a[k + 2], a[k + 3], a[k + 4], a[k + 5], a[k + 6], a[k + 7], a[k + 8]
+
+
+@compilable
+def product(a: Any, b: Any) -> Any:
+    """Gives the rotation (9) A B."""
+    return (
+        a[0] * b[0] + a[1] * b[3] + a[2] * b[6],
+        a[0] * b[1] + a[1] * b[4] + a[2] * b[7],
+        a[0] * b[2] + a[1] * b[5] + a[2] * b[8],
+        a[3] * b[0] + a[4] * b[3] + a[5] * b[6],
+        a[3] * b[1] + a[4] * b[4] + a[5] * b[7],
+        a[3] * b[2] + a[4] * b[5] + a[5] * b[8],
+        a[6] * b[0] + a[7] * b[3] + a[8] * b[6],
+        a[6] * b[1] + a[7] * b[4] + a[8] * b[7],
+        a[6] * b[2] + a[7] * b[5] + a[8] * b[8],
+    )
+
+
+@compilable
+def turn(r: Any, x: Any) -> Any:
+    """Gives R x."""
+    return (
+        r[0] * x[0] + r[1] * x[1] + r[2] * x[2],
+        r[3] * x[0] + r[4] * x[1] + r[5] * x[2],
+        r[6] * x[0] + r[7] * x[1] + r[8] * x[2],
+    )
+
+
+@compilable
+def back(r: Any, x: Any) -> Any:
+    """Gives R^T x."""
+    return (
+        r[0] * x[0] + r[3] * x[1] + r[6] * x[2],
+        r[1] * x[0] + r[4] * x[1] + r[7] * x[2],
+        r[2] * x[0] + r[5] * x[1] + r[8] * x[2],
+    )
+
+
+@compilable
+def placed(a: Any, x: Any) -> Any:
+    """Gives the place (3) of a point fixed on a node, x (3) in its axes; `a` is the node's row."""
+    p = turn(nine(a, ROT), x)
+    return a[POS] + p[0], a[POS + 1] + p[1], a[POS + 2] + p[2]
 
 
 @compilable
@@ -79,30 +118,11 @@ def from_rpy(roll: Any, pitch: Any, yaw: Any) -> Any:
 @compilable
 def _frame(w: Any, i: int, p: int, numbers: Any, origin: Any) -> Any:
     """Rotation (9) and place (3) of the frame F of node i, on its parent p."""
-    n = numbers[i]
+    n, k = numbers[i], at.P_PF
+    own, place = nine(n, at.R_PF), (n[k], n[k + 1], n[k + 2])
     if p < 0:
-        r = (n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8])
-        k = at.P_PF
-        return r, (n[k] - origin[0], n[k + 1] - origin[1], n[k + 2] - origin[2])
-    a = w[p]
-    x, y, z = n[at.P_PF], n[at.P_PF + 1], n[at.P_PF + 2]
-    place = (
-        a[POS] + a[0] * x + a[1] * y + a[2] * z,
-        a[POS + 1] + a[3] * x + a[4] * y + a[5] * z,
-        a[POS + 2] + a[6] * x + a[7] * y + a[8] * z,
-    )
-    r = (
-        a[0] * n[0] + a[1] * n[3] + a[2] * n[6],
-        a[0] * n[1] + a[1] * n[4] + a[2] * n[7],
-        a[0] * n[2] + a[1] * n[5] + a[2] * n[8],
-        a[3] * n[0] + a[4] * n[3] + a[5] * n[6],
-        a[3] * n[1] + a[4] * n[4] + a[5] * n[7],
-        a[3] * n[2] + a[4] * n[5] + a[5] * n[8],
-        a[6] * n[0] + a[7] * n[3] + a[8] * n[6],
-        a[6] * n[1] + a[7] * n[4] + a[8] * n[7],
-        a[6] * n[2] + a[7] * n[5] + a[8] * n[8],
-    )
-    return r, place
+        return own, (place[0] - origin[0], place[1] - origin[1], place[2] - origin[2])
+    return product(nine(w[p], ROT), own), placed(w[p], place)
 
 
 @compilable
@@ -115,10 +135,10 @@ def _set_rotation(w: Any, i: int, r: Any) -> None:
 def _set_free(w: Any, i: int, kind: int, r: Any, place: Any, y: Any, q: int, v: int) -> None:
     """Pose and velocity of a node that is free in the world."""
     if kind == at.FREE_QUATERNION:
-        set_product(w, i, r, from_quaternion(y[q], y[q + 1], y[q + 2], y[q + 3]))
+        _set_rotation(w, i, product(r, from_quaternion(y[q], y[q + 1], y[q + 2], y[q + 3])))
         q += 4
     else:
-        set_product(w, i, r, from_rpy(y[q], y[q + 1], y[q + 2]))
+        _set_rotation(w, i, product(r, from_rpy(y[q], y[q + 1], y[q + 2])))
         q += 3
     x0, x1, x2 = y[q], y[q + 1], y[q + 2]
     a, b = w[i], v
@@ -172,9 +192,9 @@ def _set_pose(
             for k in range(3):
                 a[POS + k] += pitch * y[q] * r[3 * k + 2]
     elif kind == at.QUATERNION:
-        set_product(w, i, r, from_quaternion(y[q], y[q + 1], y[q + 2], y[q + 3]))
+        _set_rotation(w, i, product(r, from_quaternion(y[q], y[q + 1], y[q + 2], y[q + 3])))
     elif kind == at.RPY:
-        set_product(w, i, r, from_rpy(y[q], y[q + 1], y[q + 2]))
+        _set_rotation(w, i, product(r, from_rpy(y[q], y[q + 1], y[q + 2])))
     else:
         _set_rotation(w, i, r)
         if kind == at.PRISMATIC:

@@ -8,9 +8,9 @@ import numpy as np
 
 from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.dynamics.events import look
-from drake_racket.engines.compiled.dynamics.forces import back, bushing_force, frame_end
+from drake_racket.engines.compiled.dynamics.forces import bushing_force, frame_end
 from drake_racket.engines.compiled.dynamics.layout import ACC, FORCE, POS, VEL
-from drake_racket.engines.compiled.dynamics.motion import cross
+from drake_racket.engines.compiled.dynamics.motion import back, cross
 from drake_racket.engines.compiled.dynamics.rates import move, rates
 from drake_racket.engines.compiled.dynamics.solve import inertia_times
 from drake_racket.laws.compilation import compilable

@@ -10,7 +10,6 @@ from typing import Any
 
 from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.dynamics.forces import (
-    back,
     bushing_forces,
     contact_force,
     joint_forces,
@@ -18,7 +17,7 @@ from drake_racket.engines.compiled.dynamics.forces import (
     string_forces,
 )
 from drake_racket.engines.compiled.dynamics.layout import VEL
-from drake_racket.engines.compiled.dynamics.motion import move_leaves, move_nodes
+from drake_racket.engines.compiled.dynamics.motion import back, move_leaves, move_nodes
 from drake_racket.engines.compiled.dynamics.solve import leaves_in, leaves_out, nodes_in, nodes_out
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, contact_powers
