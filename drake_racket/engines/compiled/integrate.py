@@ -169,7 +169,7 @@ def _error(part: float, stiff: int, records: Any, scale: Any, s: Any, nq: int) -
 
 
 @compilable
-def _first_event(records: Any, gaps: Any, known: int) -> int:
+def first_event(records: Any, gaps: Any, known: int) -> int:
     """The contact whose watched number passes zero first in a step, by straight lines; -1: none.
 
     Contact `known` is left out.
@@ -260,7 +260,7 @@ def integrate(
                 tries += 1
                 near = abs(value) <= 1e-14 * abs(gaps[0, event]) or high - low < SHORTEST
                 if near or tries > 60:
-                    other = _first_event(records, gaps, event)
+                    other = first_event(records, gaps, event)
                     if other < 0:
                         break
                     # another contact's event lies before this one: it is looked for instead
@@ -301,7 +301,7 @@ def integrate(
                 part *= shorter
                 last = False
                 continue
-            event = _first_event(records, gaps, -1)
+            event = first_event(records, gaps, -1)
             if controlled and not (last and event < 0):
                 h = min(longest, part * factor)
             if event < 0:

@@ -213,4 +213,5 @@ def test_two_events_within_one_step(pair):
     for arrival in release + np.linspace(-4e-5, 4e-5, 41):
         first, second = two_balls(pair, arrival)
         assert (first.touches, second.touches) == (1, 1), arrival - release
+        assert first.release_time == pytest.approx(release, abs=2e-6)
         assert second.touch_time == pytest.approx(arrival, abs=1e-5)

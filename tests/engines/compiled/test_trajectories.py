@@ -22,8 +22,9 @@ from drake_racket import (
 )
 from drake_racket.engines.compiled.dynamics.events import dips
 from drake_racket.engines.compiled.engine import CompiledImpact
-from drake_racket.laws.contact import FREE, PASSED
-from drake_racket.laws.phases import PHASE
+from drake_racket.engines.compiled.integrate import first_event
+from drake_racket.laws.contact import CONTACT, FREE, PASSED
+from drake_racket.laws.phases import PHASE, SIZE
 from drake_racket.results.impact import make_result
 from tests.conftest import BEDS, ROOT
 
@@ -238,6 +239,17 @@ def test_a_graze_is_not_stepped_over():
         near.y[height] += heights.max() - below
         touched.append(compiled.run_from(case, near).record[-1, -1])
     assert touched == [1.0, 1.0, 1.0, 1.0]
+
+
+def test_the_first_of_several_events():
+    """By straight lines: of a touch, a release and a leaving; and of what is left beside it."""
+    records = np.zeros((4, SIZE))
+    records[:, PHASE] = [FREE, CONTACT, PASSED, FREE]
+    gaps = np.array([[2.0, 9.0, -1.0, 1.0], [-2.0, -1.0, 3.0, 0.5]])
+    assert first_event(records, gaps, -1) == 2  # after 1/4 of the step; the touch after 1/2
+    assert first_event(records, gaps, 2) == 0
+    assert first_event(records, gaps[::-1], -1) == -1  # each the other way: none is an event
+    assert first_event(records[3:], gaps[:, 3:], -1) == -1
 
 
 def mass_position(system):
