@@ -28,8 +28,8 @@ from measure import table, versions
 from drake_racket.cases.case import resolve
 from drake_racket.cases.diagram import make_impact_diagram
 from drake_racket.engines.compiled.dynamics import layout
-from drake_racket.engines.compiled.engine import CompiledImpact
-from drake_racket.engines.compiled.kernel import evaluate
+from drake_racket.engines.compiled.engine import SHARE_OF_ACCURACY, CompiledImpact
+from drake_racket.engines.compiled.kernel import evaluate, run_case
 from drake_racket.engines.drake.engine import run_drake
 from drake_racket.laws.phases import SIZE
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
@@ -114,6 +114,7 @@ def beside_drake(support: str, repeats: int) -> list[str]:
             run(chosen[name][0])
             times[name].append(perf_counter() - begin)
     medians = {name: float(np.median(seconds)) for name, seconds in times.items()}
+    alone = integration(compiled, chosen["compiled"][0], repeats)
     return [
         support,
         *(
@@ -121,7 +122,27 @@ def beside_drake(support: str, repeats: int) -> list[str]:
             for name in ("drake", "compiled")
         ),
         f"{medians['drake'] / medians['compiled']:.0f}",
+        f"{1e3 * alone:.1f}",
+        f"{medians['drake'] / alone:.0f}",
     ]
+
+
+def integration(compiled: CompiledImpact, case: Any, repeats: int) -> float:
+    """Seconds of the compiled integration alone, without reading the case or making arrays."""
+    start = compiled.start(case)
+    tables = layout.open_model(compiled.model.ints, start.floats)
+    nothing = np.empty((0, 1 + len(start.y))), np.empty((0, 1, SIZE))
+    settings, end = case.scenario.integrator, case.scenario.after
+    accuracy = SHARE_OF_ACCURACY * settings.accuracy
+    seconds = []
+    for _ in range(repeats):
+        y, records = start.y.copy(), np.zeros((1, SIZE))
+        begin = perf_counter()
+        run_case(
+            tables, y, records, end, accuracy, settings.maximum_step, True, start.scale, *nothing
+        )
+        seconds.append(perf_counter() - begin)
+    return float(np.median(seconds))
 
 
 def cases_per_second(count: int) -> float:
@@ -165,7 +186,7 @@ def main(repeats: Annotated[int, typer.Option(help="rounds of measurement")] = 7
     print(table(["evaluation, us", "equations alone", "whole run and its arrays"], rows))
     print("\n50 ms from touch, ms, at an error of 1e-6 or less:\n")
     rows = [beside_drake(support, repeats) for support in ("free", "limb")]
-    print(table(["support", "Drake engine", "compiled engine", "ratio"], rows))
+    print(table(["support", "Drake", "compiled", "ratio", "integration alone", "ratio"], rows))
     print(f"\nsweep: {cases_per_second(300):.0f} cases of 10 ms a second of CPU")
     print(f"first impact with an empty cache: {first_compile():.1f} s of CPU")
 
