@@ -57,7 +57,7 @@ def part(cases: int, number: int, after: float) -> Sweep:
     }
     keys = {name: {"from": a, "to": b, "unit": unit} for name, (a, b, unit) in bounds.items()}
     design = {"design": "latin_hypercube", "samples": cases, "seed": number, "keys": keys}
-    base = Scenario(audit=False, point="auto", after=after)
+    base = Scenario(audit=False, point="auto", after=after, engine="drake")
     return make_sweep(base, {"sample": design})
 
 
