@@ -19,7 +19,7 @@ _row, _rows = array(1), array(2)
 
 move = _tangent(rates.move, _TABLES, _row, None, _row, *_MOVED)
 rates_of = _tangent(rates.rates, _TABLES, _row, _rows, _row, *_MOVED, _row, _row)
-take = _tangent(integrate.take, _TABLES, _row, None, _rows, None, _WORK, _row)
+take = _tangent(integrate.take, _TABLES, _row, NUMBER, _rows, None, _WORK, _row)
 split_friction = _tangent(integrate.split_friction, _TABLES, None, _rows, _WORK, None, None)
 watched = _tangent(events.watched, _TABLES, None, _rows, *_MOVED)
 update = _tangent(events.update, _TABLES, None, None, _rows, *_MOVED)
