@@ -12,6 +12,13 @@ from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file
 
 TOLERANCE_KINDS = ("relative", "absolute")
+AGAINST = {
+    "measurement": "could have failed: the model never saw the number",
+    "chosen": "the number had a say in an inferred value of the model",
+    "input": "the model's own input, or the source's tables against its own words",
+    "closed_form": "a closed form, or another calculation with the same model",
+}
+"""What a row is held against -> what its agreement is worth."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +37,7 @@ class PublishedValue(Schema):
     tolerance_kind: Text = "relative"
     tolerance_reason: Text = ""
     not_comparable: Text = ""
+    against: Text = "measurement"
     depends_on: tuple[Text, ...] = ()
     note: Text = ""
 
@@ -65,6 +73,8 @@ def _check(entry: PublishedValue, where: str) -> None:
     for name in ("key", "section", "quantity", "unit", "source", "note"):
         if not getattr(entry, name).strip():
             raise InputError(f"{where}.{name}", getattr(entry, name), "this key must be given")
+    if entry.against not in AGAINST:
+        raise InputError(f"{where}.against", entry.against, ", ".join(AGAINST))
     numbers = [entry.value, entry.low, entry.high]
     if entry.not_comparable:
         return
