@@ -1,4 +1,4 @@
-"""Writes the parts of the report that stand before its sections: a minute's summary, the contents."""
+"""Writes what stands before the sections of the report: a summary of a minute, the contents."""
 
 from __future__ import annotations
 
