@@ -27,6 +27,7 @@ from .io.files import write_text as write_text
 from .io.fingerprint import as_text as as_text
 from .io.fingerprint import computation as computation
 from .io.fingerprint import digest as digest
+from .io.notebooks.bars import ProgressBar as ProgressBar
 from .io.progress import Progress as Progress
 from .io.progress import Report as Report
 from .io.shipped import add_to_package_map as add_to_package_map

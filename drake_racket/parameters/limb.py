@@ -22,6 +22,7 @@ from drake_racket.parameters.quantities import Of, Quantity, check_name
 
 UPPER_LIMBS = ("upper_limb",)
 SEGMENTS = ("upper_arm", "forearm", "hand")
+"""Names of the shipped limb's segments, from the shoulder to the hand."""
 JOINTS = (
     "shoulder_abduction",
     "shoulder_flexion",

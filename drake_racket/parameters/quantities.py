@@ -165,6 +165,21 @@ def sourced_fields(parameters: object, path: str = "") -> Iterator[tuple[str, So
             yield from sourced_fields(value, key)
 
 
+def sourced_rows(parameters: object) -> list[tuple[str, ...]]:
+    """Tells of every sourced value its key, value, unit, status and source, as texts."""
+    rows: list[tuple[str, ...]] = []
+    for key, found in sourced_fields(parameters):
+        if isinstance(found, Assignment):
+            value = ", ".join(f"{part}: {name}" for part, name in found.value.items())
+        elif isinstance(found, Quantities):
+            value = ", ".join(f"{number:g}" for number in found.value)
+        else:
+            value = f"{found.value:g}" if isinstance(found, Quantity) else found.value
+        unit = getattr(found, "unit", "1")
+        rows.append((key, value, "" if unit == "1" else unit, found.status, found.source))
+    return rows
+
+
 def check_name(name: str, where: str) -> None:
     """Raises InputError unless `name` can name a model: letters, digits and _."""
     if not (name.isascii() and name.isidentifier()):

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.notebooks.tables import html_table
 from drake_racket.io.numbers import number_between, plain_numbers
 from drake_racket.io.schema import (
     After,
@@ -171,6 +173,16 @@ class Scenario(Schema):
     def __repr__(self) -> str:
         """Shows what differs from the defaults."""
         return shown_changes(self)
+
+    def _repr_html_(self) -> str:
+        """Shows a notebook every key, and which differ from their defaults."""
+        usual = Scenario()
+        rows = [
+            (item.name, f"{value!r}", "" if value == getattr(usual, item.name) else "changed")
+            for item in dataclasses.fields(self)
+            for value in (getattr(self, item.name),)
+        ]
+        return html_table("Scenario", rows, head=("key", "value", ""))
 
     def point_number(self) -> int:
         """Gives the point's number from 1 on, or 0 for `auto`."""

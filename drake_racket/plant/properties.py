@@ -14,7 +14,8 @@ from pydrake.systems.primitives import Linearize
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.racket import add_racket
 
-SWINGWEIGHT_AXIS = 0.1016  # m from the butt: 4 inches, the convention of racket makers
+SWINGWEIGHT_AXIS = 0.1016
+"""m from the butt to the axis of the swingweight: 4 inches, the convention of racket makers."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from drake_racket.cases.case import Case
 from drake_racket.engines.trajectory import Trajectory
+from drake_racket.io.notebooks.tables import html_table
 from drake_racket.io.numbers import json_data
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
@@ -27,7 +28,7 @@ from drake_racket.results.energy import (
 )
 from drake_racket.results.history import make_history
 from drake_racket.results.kinematics import handle_accelerations
-from drake_racket.results.summary import summary_text
+from drake_racket.results.summary import summary_rows, summary_text
 from drake_racket.results.warnings import run_warnings
 
 if TYPE_CHECKING:
@@ -136,6 +137,11 @@ class ImpactResult:
         """What was hit, and how fast the ball left."""
         speed = float(np.linalg.norm(self.rebound_velocity))
         return f"ImpactResult(point {self.point}, rebound {speed:.2f} m/s)"
+
+    def _repr_html_(self) -> str:
+        """Shows a notebook what the command line prints, as a table."""
+        title = f"{self.scenario.racket} racket, {self.scenario.support}"
+        return html_table(title, summary_rows(self), below=" ".join(self.warnings))
 
     def to_json(self) -> dict[str, Any]:
         """Gives everything but the history, as JSON's own types, with the units (`units`)."""

@@ -266,6 +266,7 @@ def _all() -> list[Output]:
 
 
 OUTPUTS: Mapping[str, Output] = MappingProxyType({output.name: output for output in _all()})
+"""Name -> output: every number of an impact that a sweep can keep."""
 
 USUAL_OUTPUTS = tuple(output.name for output in USUAL)
 
