@@ -3,6 +3,9 @@ from .cases.case import changed as changed
 from .cases.case import load_scenario as load_scenario
 from .cases.case import parse_scenario as parse_scenario
 from .cases.case import resolve as resolve
+from .cases.citations import Citation as Citation
+from .cases.citations import Reference as Reference
+from .cases.citations import citations as citations
 from .cases.diagram import ImpactDiagram as ImpactDiagram
 from .cases.diagram import make_impact_diagram as make_impact_diagram
 from .engines.compiled.composed import CompiledDiagram as CompiledDiagram

@@ -23,6 +23,7 @@ DATA = {
     "grip_normal.yaml",
     "grip_tight.yaml",
     "published.yaml",
+    "references.yaml",
     "upper_limb.yaml",
     "recreational_high.yaml",
     "recreational_low.yaml",

@@ -1,0 +1,163 @@
+"""Makes the Python reference: every public name once, by subject, from the packages' stubs."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import griffe
+
+from manual.tables import table
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = "drake_racket"
+
+SUBJECTS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "run": (
+        "Run an impact",
+        (
+            "simulation",
+            "cases",
+            "parameters.scenario",
+            "parameters.limb_settings",
+            "parameters.overrides",
+            "results.impact",
+            "results.history",
+            "results.loads",
+            "results.audit",
+            "laws.phases",
+        ),
+    ),
+    "rackets": (
+        "Rackets, balls and hands as data",
+        ("parameters",),
+    ),
+    "compose": ("Put racket and ball on your plant", ("plant",)),
+    "arms": ("Arms and strokes", ("limbs",)),
+    "engines": ("Engines", ("engines",)),
+    "logs": ("Logs and figures", ("results.formats", "plots")),
+    "scripts": ("For scripts of your own: files, errors, processes", ("io", "pool", "store")),
+}
+"""Page -> its title, and the modules whose names stand on it; the longest match decides."""
+
+PACKAGES = {
+    "sweep": "Sweeps: many impacts as data",
+    "rigs": "Rigs: the paper's experiments",
+    "identify": "Identification: parameters from measurements",
+    "compare": "Comparing rackets",
+    "limbs": "Arms from files",
+    "laws": "Laws: the equations as functions",
+    "engines": "Engines, closer",
+    "plots": "Figures",
+    "animation": "Animations",
+    "validation": "Validation",
+}
+
+
+@dataclass(frozen=True)
+class PublicName:
+    """A public name is where users import something from, and where it is written."""
+
+    path: str  # drake_racket.add_racket
+    module: str  # plant.racket
+    source: str  # drake_racket.plant.racket.add_racket
+
+
+def public_names(package: str = "") -> list[PublicName]:
+    """Lists the names of the face, or of one package below it, as its stub has them."""
+    folder = ROOT / PACKAGE / package
+    text = (folder / "__init__.pyi").read_text(encoding="utf-8")
+    base = f"{PACKAGE}.{package}" if package else PACKAGE
+    found = []
+    for module, name in re.findall(r"^from \.(\S+) import (\S+) as \S+$", text, re.MULTILINE):
+        found.append(PublicName(f"{base}.{name}", module, f"{base}.{module}.{name}"))
+    return found
+
+
+def subject_of(name: PublicName) -> str:
+    """Tells on which page a name of the face stands."""
+    fits = [
+        (len(prefix), page)
+        for page, (_, prefixes) in SUBJECTS.items()
+        for prefix in prefixes
+        if f"{name.module}.".startswith(f"{prefix}.")
+    ]
+    if not fits:
+        raise KeyError(f"{name.path}: no subject in manual/api.py for module {name.module}")
+    return max(fits)[1]
+
+
+def api_pages() -> dict[str, str]:
+    """Makes reference/python.md and a page for each subject and package."""
+    loaded = griffe.load(PACKAGE, search_paths=[ROOT], resolve_aliases=True)
+    face = public_names()
+    at = {name.source: f"{subject_of(name)}.md" for name in face}
+    pages: dict[str, str] = {}
+    parts = []
+    for page, (title, _) in SUBJECTS.items():
+        names = [name for name in face if subject_of(name) == page]
+        pages[f"reference/python/{page}.md"] = _page(title, "drake_racket", names)
+        parts.append(f"## [{title}](python/{page}.md)\n\n{_index(names, page, loaded)}")
+    for package, title in PACKAGES.items():
+        names = public_names(package)
+        own = [name for name in names if name.source not in at]
+        shared = [name for name in names if name.source in at]
+        page = f"{package}_package" if package in SUBJECTS else package
+        text = _page(title, f"drake_racket.{package}", own)
+        if shared:
+            links = ", ".join(
+                f"[`{n.path.split('.')[-1]}`]({at[n.source]}#{_face_path(n, face)})" for n in shared
+            )
+            text += f"\nAlso here, described with the face: {links}.\n"
+        pages[f"reference/python/{page}.md"] = text
+        head = f"## [`drake_racket.{package}`: {title}](python/{page}.md)\n\n"
+        parts.append(head + _index(own, page, loaded))
+    pages["reference/python.md"] = _INDEX + "\n".join(parts)
+    return pages
+
+
+_INDEX = """# Python
+
+Everything that users import, by subject. `import drake_racket as dr` brings the names of the first
+seven; those of the packages below them are imported from there
+(`from drake_racket.sweep import make_sweep`). Names are loaded when they are first used. Quantities
+are in SI units and radians unless a name says otherwise (`_deg`); arrays have their shapes in
+brackets, `(n, 3)`. Bad input raises [`InputError`](python/scripts.md#drake_racket.InputError).
+
+"""
+
+
+def _face_path(name: PublicName, face: list[PublicName]) -> str:
+    return next(other.path for other in face if other.source == name.source)
+
+
+def _page(title: str, package: str, names: list[PublicName]) -> str:
+    lines = [f"# {title}", "", f"Import from `{package}`.", ""]
+    for name in names:
+        lines += [f"::: {name.path}", ""]
+    return "\n".join(lines)
+
+
+def first_line(docstring: str) -> str:
+    """Gives the first sentence or paragraph of a docstring on one line."""
+    return " ".join(docstring.strip().split("\n\n")[0].split())
+
+
+def docstring_of(name: PublicName, loaded: griffe.Module) -> str:
+    """Gives the docstring of a public name; empty if it has none."""
+    member = loaded[name.path.removeprefix(f"{PACKAGE}.")]
+    if member.is_alias:
+        member = member.final_target
+    return member.docstring.value if member.docstring else ""
+
+
+def _index(names: list[PublicName], page: str, loaded: griffe.Module) -> str:
+    rows = [
+        (
+            f"[`{name.path.split('.')[-1]}`](python/{page}.md#{name.path})",
+            first_line(docstring_of(name, loaded)),
+        )
+        for name in names
+    ]
+    return table(("name", "what"), rows)
