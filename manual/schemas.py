@@ -18,7 +18,7 @@ from drake_racket.parameters.quantities import (
     Quantities,
     Quantity,
 )
-from manual.docstrings import one_name_a_line
+from manual.shared_names import one_name_a_line
 from manual.tables import code, table, unit
 
 

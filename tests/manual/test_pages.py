@@ -9,7 +9,7 @@ import pytest
 from tests.conftest import ROOT
 
 HOWTO = ROOT / "docs" / "howto"
-RUN = ("extend", "own_plant", "meshcat", "scenario", "logs_elsewhere")
+RUN = ("extend", "loop", "own_plant", "meshcat", "scenario", "logs_elsewhere")
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -55,3 +55,41 @@ def test_errors_are_printed_in_the_form_that_the_reference_shows():
     with pytest.raises(dr.InputError) as raised:
         dr.simulate(dr.Scenario(speed=300.0))
     assert f"drake-racket: {raised.value}" in page
+
+
+def test_the_reference_lists_every_output_and_every_key_of_an_impact():
+    from drake_racket import ImpactResult
+    from drake_racket.sweep import OUTPUTS
+    from drake_racket.sweep.outputs import USUAL_OUTPUTS
+    from manual.results import outputs_page, results_page
+
+    page = outputs_page()
+    for output in OUTPUTS.values():
+        assert f"| `{output.name}` |" in page
+        assert output.long_name in page
+    assert "| `peak_hand_force` | N |" in page
+    sweeps = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in sweeps for name in USUAL_OUTPUTS)  # what is kept without `outputs`
+    numbers = results_page()
+    for name in ImpactResult.__dataclass_fields__:
+        assert f"| `{name}` |" in numbers or name == "history"
+    assert "| `impulse` | N s |" in numbers
+
+
+def test_the_reference_of_files_has_units_limits_and_meanings():
+    from drake_racket import LimbSettings, Scenario
+    from manual.schemas import schema_table
+
+    text = schema_table(Scenario)
+    assert "| `speed` | m/s | 0.1 to 100 | `25.0` | of the ball, in the world |" in text
+    assert "| `support` |  | `free`, `clamped_head`," in text
+    assert "| `limb.mass` | kg | 0 to 300 |" in schema_table(LimbSettings, prefix="limb.")
+
+
+def test_the_command_line_reference_has_every_option():
+    from manual.command_line import command_line_page
+
+    page = command_line_page()
+    assert "| `--set` | text, several times |" in page
+    assert "## drake-racket identify strings" in page
+    assert "| `--out` | file or directory | must be given | Directory for the report" in page

@@ -17,8 +17,8 @@ pytestmark = pytest.mark.slow
 pytest.importorskip("mkdocs", reason="needs the extra docs")
 
 from manual.api import PACKAGES, PublicName, docstring_of, public_names, subject_of  # noqa: E402
-from manual.docstrings import one_name_a_line  # noqa: E402
 from manual.mathml import with_mathml  # noqa: E402
+from manual.shared_names import one_name_a_line  # noqa: E402
 
 
 @pytest.fixture(scope="module")
