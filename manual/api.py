@@ -24,6 +24,7 @@ SUBJECTS: dict[str, tuple[str, tuple[str, ...]]] = {
             "parameters.overrides",
             "results.impact",
             "results.history",
+            "results.outputs",
             "results.loads",
             "results.audit",
             "laws.phases",

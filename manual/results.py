@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from drake_racket import ImpactResult, load_ball, load_grip, load_racket
+from drake_racket import OUTPUTS, ImpactResult, load_ball, load_grip, load_racket
 from drake_racket.io import units
 from drake_racket.parameters.overrides import parameter_keys
 from drake_racket.results.energy import STORES, Balance
 from drake_racket.results.impact import RESULT_UNITS
-from drake_racket.sweep import OUTPUTS
 from manual.schemas import descriptions
 from manual.tables import code, table, unit
 

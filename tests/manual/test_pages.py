@@ -58,9 +58,8 @@ def test_errors_are_printed_in_the_form_that_the_reference_shows():
 
 
 def test_the_reference_lists_every_output_and_every_key_of_an_impact():
-    from drake_racket import ImpactResult
-    from drake_racket.sweep import OUTPUTS
-    from drake_racket.sweep.outputs import USUAL_OUTPUTS
+    from drake_racket import OUTPUTS, ImpactResult
+    from drake_racket.results.outputs import USUAL_OUTPUTS
     from manual.results import outputs_page, results_page
 
     page = outputs_page()
