@@ -98,14 +98,14 @@ def api_pages() -> dict[str, str]:
     parts = []
     for page, (title, _) in SUBJECTS.items():
         names = [name for name in face if subject_of(name) == page]
-        pages[f"reference/python/{page}.md"] = _page(title, "drake_racket", names)
+        pages[f"reference/python/{page}.md"] = _page(title, "drake_racket", names, loaded)
         parts.append(f"## [{title}](python/{page}.md)\n\n{_index(names, page, loaded)}")
     for package, title in PACKAGES.items():
         names = public_names(package)
         own = [name for name in names if name.source not in at]
         shared = [name for name in names if name.source in at]
         page = f"{package}_package" if package in SUBJECTS else package
-        text = _page(title, f"drake_racket.{package}", own)
+        text = _page(title, f"drake_racket.{package}", own, loaded)
         if shared:
             links = ", ".join(
                 f"[`{n.path.split('.')[-1]}`]({at[n.source]}#{_face_path(n, face)})" for n in shared
@@ -133,10 +133,19 @@ def _face_path(name: PublicName, face: list[PublicName]) -> str:
     return next(other.path for other in face if other.source == name.source)
 
 
-def _page(title: str, package: str, names: list[PublicName]) -> str:
+def _is_enum(name: PublicName, loaded: griffe.Module) -> bool:
+    member = loaded[name.path.removeprefix(f"{PACKAGE}.")]
+    found = member.final_target if member.is_alias else member
+    return found.is_class and any(str(base).endswith("Enum") for base in found.bases)
+
+
+def _page(title: str, package: str, names: list[PublicName], loaded: griffe.Module) -> str:
     lines = [f"# {title}", "", f"Import from `{package}`.", ""]
     for name in names:
-        lines += [f"::: {name.path}", ""]
+        lines += [f"::: {name.path}"]
+        if _is_enum(name, loaded):  # its members say all
+            lines += ["    options:", "      show_if_no_docstring: true", "      filters: ['!^_']"]
+        lines.append("")
     return "\n".join(lines)
 
 

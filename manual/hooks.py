@@ -18,6 +18,16 @@ from manual.reference import generated_pages  # noqa: E402
 COPIED = {"changelog.md": "CHANGELOG.md", "contributing.md": "CONTRIBUTING.md"}
 
 
+def on_config(config: Any) -> Any:
+    """Puts pages of docs/ that the navigation does not name under Explanation, so none is lost."""
+    named = str(config.nav)
+    explanation = next(part["Explanation"] for part in config.nav if "Explanation" in part)
+    for path in sorted((ROOT / "docs").glob("*.md")):
+        if f"'{path.name}'" not in named:
+            explanation.insert(-1, path.name)  # before the studies
+    return config
+
+
 def on_files(files: Any, config: Any) -> Any:
     """Adds the reference, the notebooks, and the pages that lie beside the README."""
     pages: dict[str, str | bytes] = dict(generated_pages())

@@ -6,16 +6,14 @@ from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.grip import GripStiffness
 from drake_racket.parameters.limb_settings import LimbSettings
 from drake_racket.parameters.quantities import STATUSES
-from drake_racket.parameters.racket import AddedMass, Landmarks, Part, RacketParameters, ThroatJoint
-from drake_racket.parameters.scenario import IntegratorSettings, Scenario
-from drake_racket.parameters.string_bed import FrictionParameters, StringBedParameters
-from drake_racket.parameters.stroke import Stroke
+from drake_racket.parameters.racket import RacketParameters
+from drake_racket.parameters.scenario import Scenario
 from drake_racket.sweep.spec import SweepCheck
 from manual.api import api_pages
 from manual.command_line import command_line_page
 from manual.inferred import inferred_page
 from manual.results import outputs_page, parameter_keys_page, results_page, units_page
-from manual.schemas import schema_table
+from manual.schemas import schema_sections
 
 
 def generated_pages() -> dict[str, str]:
@@ -47,11 +45,7 @@ def _scenario() -> str:
 A scenario is one impact. Its file holds what it changes; every other key keeps its default. In
 Python it is [`Scenario`](python/run.md#drake_racket.Scenario). {_YAML}
 
-{schema_table(Scenario)}
-
-## `integrator`
-
-{schema_table(IntegratorSettings, prefix="integrator.")}
+{schema_sections(Scenario, leave_out=("limb",))}
 
 `limb` has [a page of its own](limb_and_stroke.md); the keys of `overrides` are
 [here](parameter_keys.md).
@@ -72,17 +66,6 @@ have no unit.
 
 
 def _racket() -> str:
-    parts = [
-        ("handle, head", Part, "handle."),
-        ("throat_joint", ThroatJoint, "throat_joint."),
-        ("landmarks", Landmarks, "landmarks."),
-        ("string_bed", StringBedParameters, "string_bed."),
-        ("friction", FrictionParameters, "friction."),
-        ("added", AddedMass, "added[]."),
-    ]
-    tables = "\n\n".join(
-        f"## `{title}`\n\n{schema_table(part, prefix=prefix)}" for title, part, prefix in parts
-    )
     return f"""# Racket file
 
 One file is a racket with its strings. `drake-racket examples DIR` copies the shipped ones, to be
@@ -92,9 +75,7 @@ changed; `drake-racket new` makes one [from a shop's numbers](../rackets.md); a 
 Beyond single values: no moment of inertia of a part may exceed the sum of the other two, the centre
 of mass lies in its part, the rim holds all points, and every spring and every point is assigned.
 
-{schema_table(RacketParameters)}
-
-{tables}
+{schema_sections(RacketParameters)}
 """
 
 
@@ -106,14 +87,14 @@ def _ball_and_grip() -> str:
 
 The shipped ball is `penn_titanium`. `--ball FILE` or the key `ball` takes another.
 
-{schema_table(BallParameters)}
+{schema_sections(BallParameters)}
 
 ## Grip
 
 The shipped grips are `loose`, `normal` and `tight`; all three are inferred. Lists have three
 numbers: about or along x, y and z of [the hand](../your_arm.md#the-hand-frame).
 
-{schema_table(GripStiffness)}
+{schema_sections(GripStiffness)}
 """
 
 
@@ -123,11 +104,7 @@ def _limb() -> str:
 With `support: limb` the key `limb` of a [scenario](scenario_file.md) says which limb holds the
 racket, and in which stroke. [How to bring yours](../your_arm.md).
 
-{schema_table(LimbSettings, prefix="limb.")}
-
-## `limb.stroke`
-
-{schema_table(Stroke, prefix="limb.stroke.")}
+{schema_sections(LimbSettings, prefix="limb.")}
 """
 
 
@@ -154,5 +131,5 @@ histories: {{point: [5]}}
 
 ## `check`
 
-{schema_table(SweepCheck, prefix="check.")}
+{schema_sections(SweepCheck, prefix="check.")}
 """

@@ -22,14 +22,24 @@ from manual.shared_names import one_name_a_line
 from manual.tables import code, table, unit
 
 
-def schema_table(schema: type, *, prefix: str = "") -> str:
-    """Makes a table of the keys: unit, what is allowed, default, and what the source says."""
+def schema_table(schema: type, *, prefix: str = "", linked: tuple[str, ...] | None = None) -> str:
+    """Makes a table of the keys: unit, what is allowed, default, and what the source says.
+
+    Args:
+        schema: a frozen dataclass.
+        prefix: of its keys.
+        linked: keys with tables of their own elsewhere; None if no key has one on this page.
+
+    """
     rows = []
+    inner = {name for name, _, _ in _inner(schema)} if linked is not None else set()
     for field in dataclasses.fields(schema):
         if not field.init:
             continue
         hint = typing.get_type_hints(schema, include_extras=True)[field.name]
         allowed, measured_in = _allowed(hint)
+        if field.name in inner and field.name not in (linked or ()):
+            allowed = f"[these keys](#{_anchor(prefix + field.name)})"
         rows.append(
             (
                 code(prefix + field.name),
@@ -40,6 +50,54 @@ def schema_table(schema: type, *, prefix: str = "") -> str:
             )
         )
     return table(("key", "unit", "allowed", "default", "what"), rows)
+
+
+def schema_sections(schema: type, *, prefix: str = "", leave_out: tuple[str, ...] = ()) -> str:
+    """Makes the table of a schema, and a section with a table for every schema inside it.
+
+    Args:
+        schema: a frozen dataclass.
+        prefix: of its keys.
+        leave_out: keys whose own tables stand on another page.
+
+    """
+    parts = [schema_table(schema, prefix=prefix, linked=leave_out)]
+    done: dict[type, str] = {}
+    for name, inner, listed in _inner(schema):
+        key = f"{prefix}{name}"
+        if name in leave_out:
+            continue
+        if inner in done:
+            same = f"[`{done[inner]}`](#{_anchor(done[inner])})"
+            parts.append(f"## `{key}`\n\nThe same keys as {same}.\n")
+            continue
+        done[inner] = key
+        below = schema_sections(inner, prefix=f"{key}[]." if listed else f"{key}.")
+        parts.append(f"## `{key}`\n\n{first_words(inner)}\n\n{below}")
+    return "\n".join(parts)
+
+
+def _anchor(key: str) -> str:
+    return re.sub(r"[^\w-]", "", key.lower())
+
+
+def _inner(schema: type) -> list[tuple[str, type, bool]]:
+    """Lists the fields that are schemas themselves: name, schema, whether it is a list of them."""
+    found = []
+    hints = typing.get_type_hints(schema)
+    for field in dataclasses.fields(schema):
+        hint = hints[field.name]
+        candidates = (hint, *typing.get_args(hint))
+        for kind in candidates:
+            if isinstance(kind, type) and dataclasses.is_dataclass(kind) and kind not in _NAMES:
+                found.append((field.name, kind, typing.get_origin(hint) is tuple))
+    return found
+
+
+def first_words(schema: type) -> str:
+    """Gives what a schema's docstring says before its attributes."""
+    text = (inspect.getdoc(schema) or "").split("Attributes:")[0].strip()
+    return text.replace("`laws.", "`drake_racket.laws.")
 
 
 def _default(field: dataclasses.Field[Any]) -> str:

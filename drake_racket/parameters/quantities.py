@@ -35,7 +35,15 @@ def _with_unit(number: str, unit: str, status: str) -> str:
 
 @dataclass(frozen=True, repr=False)
 class Quantity(Schema):
-    """A quantity is one number with its unit and its provenance."""
+    """A quantity is one number with its unit and its provenance.
+
+    Attributes:
+        value: in `unit`.
+        unit: as parameter files spell it, `kg*m^2`; `1` for a pure number.
+        status: one of STATUSES: how the number is known.
+        source: where it comes from, or why it was inferred.
+
+    """
 
     value: _Value
     unit: Text

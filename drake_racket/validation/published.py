@@ -23,7 +23,25 @@ AGAINST = {
 
 @dataclass(frozen=True)
 class PublishedValue(Schema):
-    """A published value is one number or range; the head of data/published.yaml has the keys."""
+    """A published value is one number or range; the head of data/published.yaml has the keys.
+
+    Attributes:
+        key: of the row.
+        section: of the report.
+        quantity: what the number is, in words.
+        unit: of all its numbers.
+        source: where it is printed.
+        value: the number; None where there is a range.
+        low, high: ends of a range, either of which may be None.
+        tolerance: on the difference.
+        tolerance_kind: `relative` to the published value, or `absolute`.
+        tolerance_reason: why so much.
+        not_comparable: why no verdict is possible, where that is so.
+        against: what the row is held against, a key of AGAINST.
+        depends_on: keys of the inferred values behind the model's number.
+        note: one line that the report prints beside the verdict.
+
+    """
 
     key: Text = ""
     section: Text = ""
