@@ -14,6 +14,7 @@ sys.path.insert(0, str(ROOT))
 from manual.mathml import with_mathml  # noqa: E402
 from manual.notebooks import notebook_page  # noqa: E402
 from manual.reference import generated_pages  # noqa: E402
+from manual.terms import with_links  # noqa: E402
 
 COPIED = {"changelog.md": "CHANGELOG.md", "contributing.md": "CONTRIBUTING.md"}
 
@@ -41,6 +42,11 @@ def on_files(files: Any, config: Any) -> Any:
     for name, content in pages.items():
         files.append(File.generated(config, name, content=content))
     return files
+
+
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
+    """Links the glossary where a page uses its words first."""
+    return with_links(markdown, page.file.src_uri)
 
 
 def on_page_content(html: str, page: Any, config: Any, files: Any) -> str:

@@ -19,6 +19,7 @@ pytest.importorskip("mkdocs", reason="needs the extra docs")
 from manual.api import PACKAGES, PublicName, docstring_of, public_names, subject_of  # noqa: E402
 from manual.mathml import with_mathml  # noqa: E402
 from manual.shared_names import one_name_a_line  # noqa: E402
+from manual.terms import TERMS, with_links  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -121,6 +122,20 @@ def test_formulas_are_set_when_the_site_is_built(site):
     text = with_mathml('<span class="arithmatex">\\(k x^2 &lt; F\\)</span>')
     assert re.search(r"<msup>\s*<mi>x</mi>\s*<mn>2</mn>", text)
     assert 'aria-label="k x^2 &lt; F"' in text
+
+
+def test_the_glossary_is_linked_where_a_page_uses_a_word_first():
+    text = (
+        "# T0\n\nThe `T0` of a bed. Now T0 and T0, [T0](x.md) and swingweight. The Swingweight.\n"
+    )
+    linked = with_links(text, "howto/page.md")
+    assert linked == text.replace("Now T0", "Now [T0](../reference/glossary.md#t0)").replace(
+        "and swingweight", "and [swingweight](../reference/glossary.md#swingweight)"
+    )
+    assert with_links(text, "reference/glossary.md") == text
+    page = (ROOT / "docs" / "reference" / "glossary.md").read_text(encoding="utf-8")
+    for anchor in TERMS.values():
+        assert f'<a id="{anchor}"></a>' in page
 
 
 def test_names_that_share_a_line_are_parted():
