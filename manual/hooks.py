@@ -16,6 +16,7 @@ from manual.notebooks import notebook_page  # noqa: E402
 from manual.reference import generated_pages  # noqa: E402
 from manual.terms import with_links  # noqa: E402
 
+TABLES = ("cpu_times.md", "identification_tables.md", "mutants.md", "same_numbers.md")
 COPIED = {"changelog.md": "CHANGELOG.md", "contributing.md": "CONTRIBUTING.md"}
 
 
@@ -45,7 +46,9 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Links the glossary where a page uses its words first."""
+    """Links the glossary where a page uses its words first; keeps long tables out of the search."""
+    if page.file.src_uri in TABLES:
+        page.meta["search"] = {"exclude": True}
     return with_links(markdown, page.file.src_uri)
 
 
