@@ -148,11 +148,13 @@ def side(racket: RacketParameters) -> Figure:
     points = np.array([place(x, z) for x, z in zip(xs, zs, strict=True)])
     axes.plot(*points.T, color=VERMILION, lw=2)
     for point in points[1:-1]:
-        axes.add_patch(Circle(point, 0.007, fc="white", ec="black", zorder=3))
+        axes.add_patch(Circle((point[0], point[1]), 0.007, fc="white", ec="black", zorder=3))
     axes.plot([handle, handle + 0.3], [0.0, 0.0], color=GREY, lw=0.8, ls=":")
-    axes.add_patch(Circle(throat, 0.011, fc=ORANGE, ec="black", zorder=4))
+    axes.add_patch(Circle((handle, 0.0), 0.011, fc=ORANGE, ec="black", zorder=4))
     middle = place(centre, -sag + 0.8 * radius)
-    axes.add_patch(Circle(middle, radius, fc="#E8D44D", ec="black", alpha=0.85, zorder=2))
+    axes.add_patch(
+        Circle((middle[0], middle[1]), radius, fc="#E8D44D", ec="black", alpha=0.85, zorder=2)
+    )
     axes.plot(*middle, "k.", ms=5, zorder=5)
     _arrow(axes, (0.0, 0.0), (0.07, 0.0), "")
     _arrow(axes, (0.0, 0.0), (0.0, 0.07), "z")

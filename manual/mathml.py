@@ -19,7 +19,7 @@ def with_mathml(page: str) -> str:
     def formula(found: re.Match[str]) -> str:
         display = "block" if found[2] == "[" else "inline"
         tex = html.unescape(found[3]).strip()
-        text = convert(tex, display=display)
+        text: str = convert(tex, display=display)
         return text.replace("<math ", f'<math aria-label="{html.escape(tex, quote=True)}" ', 1)
 
     return _FORMULA.sub(formula, page)

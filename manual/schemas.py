@@ -138,7 +138,8 @@ def _allowed(hint: Any) -> tuple[str, str]:
         (inner,) = (a for a in arguments if a is not type(None))
         return _allowed(inner)
     if dataclasses.is_dataclass(hint):
-        return _NAMES.get(typing.cast(type, hint), f"the keys of {hint.__name__}"), ""
+        kind = typing.cast(type, hint)
+        return _NAMES.get(kind, f"the keys of {kind.__name__}"), ""
     return {str: "text", bool: "true or false", float: "a number", int: "a whole number"}.get(
         hint, getattr(hint, "__name__", str(hint))
     ), ""
