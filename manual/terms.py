@@ -31,6 +31,7 @@ _LEFT_ALONE = re.compile(
     r"|`[^`\n]*`"
     r"|!?\[[^\]]*\]\([^)]*\)(?:\{[^}]*\})?"  # links and pictures
     r"|\$[^$]*\$"  # formulas
+    r"|<(table|details|div)\b.*?</\1>"  # what a notebook shows of an object
     r"|<[^>]*>"
     r"|^---\n.*?\n---$",
     re.DOTALL | re.MULTILINE,

@@ -109,6 +109,7 @@ def test_a_notebook_shows_a_table(thing: object, cells: list[str]) -> None:
 def test_texts_are_escaped() -> None:
     named = dataclasses.replace(RACKET, title="<b>mine</b> & yours")
     text = named._repr_html_()
+    assert text.startswith("<details><summary>")
     assert "&lt;b&gt;mine" in text
     assert "<b>" not in text
 

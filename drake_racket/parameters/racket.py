@@ -167,12 +167,12 @@ class RacketParameters(Schema):
         return shown(self, f"{self.name}: {self.title}")
 
     def _repr_html_(self) -> str:
-        """Shows a notebook every number with its unit, how it is known, and its source."""
-        return html_table(
-            f"{self.title} ({self.name})",
-            sourced_rows(self),
-            head=("key", "value", "unit", "status", "source"),
-        )
+        """Shows a notebook every number with its unit, how it is known, and its source; folded."""
+        rows = sourced_rows(self)
+        inferred = sum(status == "inferred" for _, _, _, status, _ in rows)
+        title = f"{self.title}: {len(rows)} entries, of which {inferred} are inferred"
+        head = ("key", "value", "unit", "status", "source")
+        return html_table(title, rows, head=head, folded=True)
 
     def bed_topology(self) -> BedTopology:
         """Tells which points the string-bed has, and which spring ends where."""

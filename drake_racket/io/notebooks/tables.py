@@ -9,7 +9,12 @@ _CELL = "text-align:left;padding:0.1em 0.8em 0.1em 0;vertical-align:top"
 
 
 def html_table(
-    title: str, rows: Iterable[Sequence[str]], *, head: Sequence[str] = (), below: str = ""
+    title: str,
+    rows: Iterable[Sequence[str]],
+    *,
+    head: Sequence[str] = (),
+    below: str = "",
+    folded: bool = False,
 ) -> str:
     """Gives a titled table as HTML; every text is escaped.
 
@@ -18,9 +23,11 @@ def html_table(
         rows: cells, the first of each the row's name.
         head: names of the columns, if they have any.
         below: a line under it.
+        folded: only the title shows until a reader opens it.
 
     """
-    lines = [f"<div><strong>{escape(title)}</strong>", "<table>"]
+    outer, inner = ("details", "summary") if folded else ("div", "strong")
+    lines = [f"<{outer}><{inner}>{escape(title)}</{inner}>", "<table>"]
     if head:
         cells = "".join(f'<th style="{_CELL}">{escape(text)}</th>' for text in head)
         lines.append(f"<thead><tr>{cells}</tr></thead>")
@@ -31,4 +38,4 @@ def html_table(
     lines.append("</tbody></table>")
     if below:
         lines.append(f"<div>{escape(below)}</div>")
-    return "\n".join([*lines, "</div>"])
+    return "\n".join([*lines, f"</{outer}>"])
