@@ -8,6 +8,9 @@ from .cases.citations import Reference as Reference
 from .cases.citations import citations as citations
 from .cases.diagram import ImpactDiagram as ImpactDiagram
 from .cases.diagram import make_impact_diagram as make_impact_diagram
+from .derivatives import Derivatives as Derivatives
+from .derivatives import Parameter as Parameter
+from .derivatives import run_with_derivatives as run_with_derivatives
 from .engines.compiled.composed import CompiledDiagram as CompiledDiagram
 from .engines.compiled.composed import ComposedRun as ComposedRun
 from .engines.compiled.engine import CompiledImpact as CompiledImpact
@@ -46,6 +49,11 @@ from .limbs.stroke import Stroke as Stroke
 from .limbs.stroke import apply_stroke as apply_stroke
 from .limbs.stroke import solve_stroke as solve_stroke
 from .limbs.upper_limb import add_upper_limb as add_upper_limb
+from .optimise import OF_RACKET as OF_RACKET
+from .optimise import CaseNumber as CaseNumber
+from .optimise import Impacts as Impacts
+from .optimise import Optimum as Optimum
+from .optimise import optimise_impacts as optimise_impacts
 from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
 from .parameters.ball import load_ball as load_ball

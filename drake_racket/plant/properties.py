@@ -44,6 +44,16 @@ class RacketProperties:
 
 def racket_properties(parameters: RacketParameters) -> RacketProperties:
     """Computes the properties from the parsed model, not from the parameter file."""
+    in_plane, out_of_plane = frame_fundamentals(parameters)
+    return RacketProperties(
+        **mass_properties(parameters),
+        in_plane_frequency=in_plane,
+        out_of_plane_frequency=out_of_plane,
+    )
+
+
+def mass_properties(parameters: RacketParameters) -> dict[str, float]:
+    """Computes those of the properties that are the strung racket's mass alone, by name."""
     plant = MultibodyPlant(0.0)
     racket = add_racket(plant, parameters)
     plant.Finalize()
@@ -55,16 +65,13 @@ def racket_properties(parameters: RacketParameters) -> RacketProperties:
     at_axis = inertia.Shift([SWINGWEIGHT_AXIS, 0.0, 0.0]).CalcRotationalInertia()
     moments = at_axis.CopyToFullMatrix3()
     com = plant.CalcCenterOfMassPositionInWorld(context, instances)
-    in_plane, out_of_plane = frame_fundamentals(parameters)
-    return RacketProperties(
-        mass=plant.CalcTotalMass(context, instances),
-        balance=float(com[0]),
-        swingweight=float(moments[1, 1]),
-        twistweight=float(moments[0, 0]),
-        spinweight=float(moments[2, 2]),
-        in_plane_frequency=in_plane,
-        out_of_plane_frequency=out_of_plane,
-    )
+    return {
+        "mass": plant.CalcTotalMass(context, instances),
+        "balance": float(com[0]),
+        "swingweight": float(moments[1, 1]),
+        "twistweight": float(moments[0, 0]),
+        "spinweight": float(moments[2, 2]),
+    }
 
 
 def frame_fundamentals(parameters: RacketParameters, *, strung: bool = False) -> tuple[float, ...]:
