@@ -92,3 +92,9 @@ def test_the_command_line_reference_has_every_option():
     assert "| `--set` | text, several times |" in page
     assert "## drake-racket identify strings" in page
     assert "| `--out` | file or directory | must be given | Directory for the report" in page
+
+
+def test_every_public_name_has_a_subject():
+    from manual.subjects import SUBJECTS, public_names, subject_of
+
+    assert {subject_of(name) for name in public_names()} == set(SUBJECTS)

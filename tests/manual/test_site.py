@@ -16,9 +16,10 @@ from tests.conftest import ROOT
 pytestmark = pytest.mark.slow
 pytest.importorskip("mkdocs", reason="needs the extra docs")
 
-from manual.api import PACKAGES, PublicName, docstring_of, public_names, subject_of  # noqa: E402
+from manual.api import docstring_of  # noqa: E402
 from manual.mathml import with_mathml  # noqa: E402
 from manual.shared_names import one_name_a_line  # noqa: E402
+from manual.subjects import PACKAGES, PublicName, public_names, subject_of  # noqa: E402
 from manual.terms import TERMS, with_links  # noqa: E402
 
 
