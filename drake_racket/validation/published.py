@@ -7,18 +7,13 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import Number, Schema, Text
+from drake_racket.io.schema import Number, OneOf, Schema, Text
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file
 
 TOLERANCE_KINDS = ("relative", "absolute")
-AGAINST = {
-    "measurement": "could have failed: the model never saw the number",
-    "chosen": "the number had a say in an inferred value of the model",
-    "input": "the model's own input, or the source's tables against its own words",
-    "closed_form": "a closed form, or another calculation with the same model",
-}
-"""What a row is held against -> what its agreement is worth."""
+OWN = ("input", "fit", "closed form")
+"""What of the model's own a row compares it with: such rows could hardly fail."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +32,8 @@ class PublishedValue(Schema):
         tolerance_kind: `relative` to the published value, or `absolute`.
         tolerance_reason: why so much.
         not_comparable: why no verdict is possible, where that is so.
-        against: what the row is held against, a key of AGAINST.
         depends_on: keys of the inferred values behind the model's number.
+        own: what of the model's own the row compares it with, one of OWN; empty for a measurement.
         note: one line that the report prints beside the verdict.
 
     """
@@ -55,8 +50,8 @@ class PublishedValue(Schema):
     tolerance_kind: Text = "relative"
     tolerance_reason: Text = ""
     not_comparable: Text = ""
-    against: Text = "measurement"
     depends_on: tuple[Text, ...] = ()
+    own: Annotated[str, OneOf("", *OWN)] = ""
     note: Text = ""
 
 
@@ -91,8 +86,6 @@ def _check(entry: PublishedValue, where: str) -> None:
     for name in ("key", "section", "quantity", "unit", "source", "note"):
         if not getattr(entry, name).strip():
             raise InputError(f"{where}.{name}", getattr(entry, name), "this key must be given")
-    if entry.against not in AGAINST:
-        raise InputError(f"{where}.against", entry.against, ", ".join(AGAINST))
     numbers = [entry.value, entry.low, entry.high]
     if entry.not_comparable:
         return

@@ -74,10 +74,10 @@ def _record(row: Comparison) -> dict[str, Any]:
         "tolerance": row.tolerance,
         "tolerance_reason": entry.tolerance_reason,
         "verdict": row.verdict,
-        "held_against": entry.against,
         "command": f"drake-racket validate --out report --only {entry.section}",
         "reason": row.reason(),
         "depends_on_inferred": entry.depends_on,
+        "own": entry.own,
     }
 
 
@@ -88,7 +88,7 @@ def markdown(
     plan: Plan,
 ) -> str:
     """Gives the report as Markdown."""
-    able = [row for row in rows if row.published.against == "measurement"]
+    able = [row for row in rows if not row.published.own]
     agree, differ = (sum(row.verdict == v for row in able) for v in (AGREES, DIFFERS))
     lines = [
         "# Validation report",
@@ -132,8 +132,8 @@ def markdown(
 def _differences(rows: Sequence[Comparison]) -> list[str]:
     """Lists the rows that differ: first those that could have failed."""
     wrong = [row for row in rows if row.verdict == DIFFERS]
-    able = [_one_line(row) for row in wrong if row.published.against == "measurement"]
-    rest = [_one_line(row) for row in wrong if row.published.against != "measurement"]
+    able = [_one_line(row) for row in wrong if not row.published.own]
+    rest = [_one_line(row) for row in wrong if row.published.own]
     lines = ["Rows that could have failed, and did:", "", *(able or ["- none"])]
     return [*lines, "", "Other rows that differ:", "", *(rest or ["- none"])]
 
@@ -163,7 +163,7 @@ def _table(rows: Sequence[Comparison]) -> list[str]:
             _tolerance(row),
             f"**{row.verdict}**" if row.verdict == DIFFERS else row.verdict,
             row.reason(),
-            entry.against.replace("_", " "),
+            entry.own or "a measurement",
             ", ".join(f"`{key}`" for key in entry.depends_on) or "nothing",
             f"[command](#{command_anchor(entry.section)})",
         )

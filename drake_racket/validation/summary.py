@@ -6,8 +6,15 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from drake_racket.validation.published import AGAINST
 from drake_racket.validation.rows import AGREES, DIFFERS, NOT_COMPARABLE, Comparison
+
+KINDS = {
+    "": "a measurement: the model never saw the number, and the row could have failed",
+    "fit": "a number that had a say in a fitted or inferred value of the model",
+    "input": "the model's own input, or the source's tables against its own words",
+    "closed form": "a closed form, or another calculation with the same model",
+}
+"""What a row is held against (PublishedValue.own) -> what its agreement is worth."""
 
 
 def count_table(rows: Sequence[Comparison]) -> list[str]:
@@ -16,11 +23,11 @@ def count_table(rows: Sequence[Comparison]) -> list[str]:
         "| what the row is held against | rows | agree | differ | not comparable |",
         "|---|---:|---:|---:|---:|",
     ]
-    for kind, meaning in AGAINST.items():
-        chosen = [row for row in rows if row.published.against == kind]
+    for kind, meaning in KINDS.items():
+        chosen = [row for row in rows if row.published.own == kind]
         if chosen:
             cells = " | ".join(str(n) for n in _counts(chosen))
-            lines.append(f"| {kind.replace('_', ' ')}: {meaning} | {cells} |")
+            lines.append(f"| {meaning} | {cells} |")
     return lines
 
 
@@ -38,8 +45,8 @@ def contents(rows: Sequence[Comparison], titles: dict[str, str]) -> list[str]:
     ]
     for name, title in titles.items():
         here = [row for row in rows if row.published.section == name]
-        _, agree, differ, _ = _counts([r for r in here if r.published.against == "measurement"])
-        _, other, wrong, _ = _counts([r for r in here if r.published.against != "measurement"])
+        _, agree, differ, _ = _counts([r for r in here if not r.published.own])
+        _, other, wrong, _ = _counts([r for r in here if r.published.own])
         lines.append(f"| [{title}](#{slug(title)}) | {agree} | {differ} | {other} | {wrong} |")
     others = ("What differs", "Commands", "What is inferred")
     lines += ["", "And: " + ", ".join(f"[{title}](#{slug(title)})" for title in others) + "."]

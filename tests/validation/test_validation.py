@@ -67,7 +67,7 @@ def test_the_papers_numbers_are_those_printed():
         ('unit: "N"\n    value: 1.0\n    tolerance_kind: rough', "relative, absolute"),
         ('unit: "N"\n    value: 1.0\n    tolerance_reason: ""', "a reason"),
         ('unit: "N"\n    value: 1.0\n    verdict: agrees', "unknown key"),
-        ('unit: "N"\n    value: 1.0\n    against: hope', "measurement, chosen, input, closed_form"),
+        ('unit: "N"\n    value: 1.0\n    own: hope', "input, fit, closed form"),
         ('unit: "N"\n    value: .nan', "finite"),
     ],
 )
@@ -210,7 +210,7 @@ def test_pages_hold_every_row_and_their_pictures_exist(finished):
     page.feed((out / "report.html").read_text())
     inferred = {key for row in rows for key in row.published.depends_on}
     tables = 5  # kinds of rows, contents, two sections, what is inferred; each with a head
-    kinds = {row.published.against for row in rows}
+    kinds = {row.published.own for row in rows}
     assert page.rows == len(rows) + len(inferred) + len(kinds) + 2 + tables
     assert page.links <= {f"#{name}" for name in page.names}
     assert "#command-force_plate" in page.links
@@ -221,12 +221,12 @@ def test_pages_hold_every_row_and_their_pictures_exist(finished):
 
 def test_rows_that_could_have_failed_are_counted_apart(finished):
     out, rows, _ = finished
-    able = [row for row in rows if row.published.against == "measurement"]
+    able = [row for row in rows if not row.published.own]
     assert len(able) == 4  # the drop test, and three of the pressed bed
     failed = sum(row.verdict == "differs" for row in able)
     text = (out / "report.md").read_text()
     assert f"**{len(able) - failed} agree and {failed} differ**" in text
-    line = next(line for line in text.splitlines() if line.startswith("| chosen"))
+    line = next(line for line in text.splitlines() if line.startswith("| a number that had"))
     assert line.endswith("| 2 | 2 | 0 | 0 |")
     section = next(line for line in text.splitlines() if line.startswith("| [Ball on a force"))
     assert section.endswith("| 0 | 1 | 5 | 0 |")
