@@ -3,6 +3,9 @@ from .cases.case import changed as changed
 from .cases.case import load_scenario as load_scenario
 from .cases.case import parse_scenario as parse_scenario
 from .cases.case import resolve as resolve
+from .cases.citations import Citation as Citation
+from .cases.citations import Reference as Reference
+from .cases.citations import citations as citations
 from .cases.diagram import ImpactDiagram as ImpactDiagram
 from .cases.diagram import make_impact_diagram as make_impact_diagram
 from .derivatives import Derivatives as Derivatives
@@ -30,6 +33,7 @@ from .io.files import write_text as write_text
 from .io.fingerprint import as_text as as_text
 from .io.fingerprint import computation as computation
 from .io.fingerprint import digest as digest
+from .io.notebooks.bars import ProgressBar as ProgressBar
 from .io.progress import Progress as Progress
 from .io.progress import Report as Report
 from .io.shipped import add_to_package_map as add_to_package_map

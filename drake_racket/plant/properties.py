@@ -14,12 +14,24 @@ from pydrake.systems.primitives import Linearize
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.racket import add_racket
 
-SWINGWEIGHT_AXIS = 0.1016  # m from the butt: 4 inches, the convention of racket makers
+SWINGWEIGHT_AXIS = 0.1016
+"""m from the butt to the axis of the swingweight: 4 inches, the convention of racket makers."""
 
 
 @dataclass(frozen=True)
 class RacketProperties:
-    """The properties are those of the strung racket's mass, and the bare frame's fundamentals."""
+    """The properties are those of the strung racket's mass, and the bare frame's fundamentals.
+
+    Attributes:
+        mass: kg.
+        balance: m, of the centre of mass from the butt.
+        swingweight: kg m^2, about the transverse axis 4 inches from the butt.
+        twistweight: kg m^2, about the long axis.
+        spinweight: kg m^2, about the normal of the strings 4 inches from the butt.
+        in_plane_frequency: Hz, of the bare frame, free.
+        out_of_plane_frequency: Hz, likewise.
+
+    """
 
     mass: float  # kg
     balance: float  # m, centre of mass from the butt

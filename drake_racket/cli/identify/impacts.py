@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from drake_racket.cli.identify_options import (
+from drake_racket.cli.identify.options import (
     Fresh,
     Out,
     Profiles,
@@ -17,7 +17,7 @@ from drake_racket.cli.identify_options import (
     Table,
     Workers,
 )
-from drake_racket.cli.identify_run import prepare, running, show, today
+from drake_racket.cli.identify.run import prepare, running, show, today
 from drake_racket.io.errors import InputError
 
 
