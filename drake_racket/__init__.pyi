@@ -45,6 +45,7 @@ from .limbs.upper_limb import add_upper_limb as add_upper_limb
 from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
 from .parameters.ball import load_ball as load_ball
+from .parameters.frame import JOINT_READINGS as JOINT_READINGS
 from .parameters.frame import FrameJoint as FrameJoint
 from .parameters.grip import GRIPS as GRIPS
 from .parameters.grip import GripStiffness as GripStiffness
@@ -60,7 +61,6 @@ from .parameters.overrides import ParameterKey as ParameterKey
 from .parameters.overrides import apply_overrides as apply_overrides
 from .parameters.overrides import parameter_keys as parameter_keys
 from .parameters.quantities import Quantity as Quantity
-from .parameters.racket import JOINT_READINGS as JOINT_READINGS
 from .parameters.racket import RACKETS as RACKETS
 from .parameters.racket import TENSIONS as TENSIONS
 from .parameters.racket import AddedMass as AddedMass
@@ -90,7 +90,7 @@ from .plant.racket import Racket as Racket
 from .plant.racket import add_racket as add_racket
 from .plant.racket import find_racket as find_racket
 from .plant.racket import set_racket_inertia as set_racket_inertia
-from .plant.racket import string_bed_model as string_bed_model
+from .plant.string_bed import string_bed_model as string_bed_model
 from .plant.supports import add_supported_racket as add_supported_racket
 from .plant.systems.ball_contact import BallContact as BallContact
 from .plant.systems.ball_contact import BallContact_ as BallContact_

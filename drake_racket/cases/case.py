@@ -89,6 +89,7 @@ class Case:
             tuple(scenario.gravity),
             scenario.audit,
             tuple(quantity.value for quantity in lengths),
+            tuple((joint.name, joint.place) for joint in racket.frame_joints()),
             tuple(sorted(bed.springs.value.items())),
             (len(bed.stiffness.value), len(bed.rim_factors.value), bed.columns, bed.rows),
         )

@@ -17,7 +17,7 @@ from drake_racket.engines.trajectory import Mechanism, Motion, Trajectory
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.limits import limit_energies
 from drake_racket.laws.phases import GIVEN_UP, KB, PHASE
-from drake_racket.laws.strings import spring_energy
+from drake_racket.laws.strings import bent_energy, spring_energy
 from drake_racket.laws.totals import (
     COUPLE,
     GRIP,
@@ -262,6 +262,11 @@ def stored_in_strings(mechanism: Mechanism, q: Array) -> Array:
     """Gives the energy (m,) (J) of the springs above the flat bed."""
     strings = mechanism.strings
     dz = q[:, strings.position] @ strings.incidence.T
+    if strings.arms.size:
+        bent = q[:, strings.arm_position]
+        sag = np.einsum("sab,ma,mb->ms", strings.folds, bent, bent)
+        dz = dz + bent @ strings.arms.T
+        return np.sum(bent_energy(dz, sag, strings.constants), axis=1)  # type: ignore[no-any-return]
     k, slack, length2, _ = strings.constants
     return np.sum(spring_energy(dz, k, slack, length2), axis=1)  # type: ignore[no-any-return]
 

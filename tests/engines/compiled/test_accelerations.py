@@ -25,6 +25,12 @@ CASES = {
     "limb, weld": {"support": "limb", "grip_kind": "weld"},
     "recreational": {"racket": "recreational", "tension": "high"},
     "damped strings": {"overrides": {"racket.string_bed.damping": 2.0}},
+    "six segments": {
+        "overrides": {"racket.frame.segments": 6, "racket.string_bed.damping": 2.0},
+        "support": "grip",
+    },
+    "twelve segments": {"overrides": {"racket.frame.segments": 12, "racket.frame.density": 1.0}},
+    "segments, limb": {"overrides": {"racket.frame.segments": 4}, "support": "limb"},
 }
 
 
