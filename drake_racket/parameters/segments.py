@@ -111,6 +111,19 @@ def is_published(racket: Framed) -> bool:
     return racket.frame.count() == 2 and racket.frame.density.value == 0.0
 
 
+def need_two(racket: Framed, where: str) -> None:
+    """Refuses a frame of more than the two segments that one joint a plane belongs to.
+
+    Raises:
+        InputError: naming `where`.
+
+    """
+    if racket.frame.count() != 2:
+        raise InputError(
+            where, f"a frame of {racket.frame.count()} segments", "one of two segments"
+        )
+
+
 def segment_at(segments: Sequence[Slice] | Sequence[FrameSegment], x: float) -> int:
     """Gives the number, from 0, of the segment that holds a place x (m from the butt)."""
     starts = [segment.start for segment in segments]

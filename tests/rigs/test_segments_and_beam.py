@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drake_racket import Scenario, load_grip, simulate
+from drake_racket import InputError, Scenario, load_grip, simulate
+from drake_racket.identify.frame.hammer_model import hammered_frame
+from drake_racket.io.signals import Signal
+from drake_racket.rigs.hammer.impact_hammer import make_hammer_rig
+from drake_racket.rigs.hammer.ringing import analyse_ringing
+from drake_racket.rigs.modes.bending import bending_mode
 from drake_racket.rigs.modes.frame_modes import modes_dataset
 from drake_racket.rigs.modes.modal_analysis import modal_system, solve_modes
 from drake_racket.rigs.modes.shapes import exact_landmarks, head_node, mode_shapes
@@ -112,3 +117,28 @@ def test_the_strings_share_is_what_the_frame_leaves():
 
 def test_the_node_on_the_head_of_more_segments():
     assert head_node(segmented("tour", 6, 0.0)) == pytest.approx(0.566, abs=5e-3)
+
+
+def test_the_hammer_rings_at_the_frames_fundamental():
+    """The bend from butt to tip, once the second mode has died away."""
+    rig = make_hammer_rig(segmented("tour", 3, 0.0), "out_of_plane")
+
+    def rings(joint, start, duration):
+        strike = rig.run(duration=duration, joint=joint)
+        momentum = strike["momentum"].to_numpy()
+        assert momentum[-1] == pytest.approx(strike.attrs["pulse_impulse_N_s"], rel=1e-4)
+        time, angle = strike["time"].to_numpy(), strike["joint_angle"].to_numpy()
+        return analyse_ringing(Signal(time, angle, "angle", "rad", "rig"), start=start)
+
+    first = rings(None, 0.02, 0.06)
+    assert first.fit_frequency == pytest.approx(128.5, rel=2e-3)
+    assert first.fit_damping_ratio == pytest.approx(0.0133, rel=0.02)
+    faster = rings((4.0 * 910.0, 4.0 * 0.03), 0.008, 0.03)
+    assert faster.fit_frequency == pytest.approx(257.0, rel=2e-3)
+
+
+def test_fits_of_one_joint_refuse_more_segments():
+    with pytest.raises(InputError, match="got 'a frame of 3 segments'; allowed: one of two"):
+        hammered_frame(segmented("tour", 3, 0.0), "in_plane", 0.05)
+    with pytest.raises(InputError, match="allowed: one of two segments"):
+        bending_mode(segmented("tour", 3, 0.0), "in_plane")
