@@ -46,9 +46,13 @@ from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
 from .parameters.ball import load_ball as load_ball
 from .parameters.frame import JOINT_READINGS as JOINT_READINGS
+from .parameters.frame import FrameDistribution as FrameDistribution
 from .parameters.frame import FrameJoint as FrameJoint
+from .parameters.frame import FrameSegment as FrameSegment
 from .parameters.grip import GRIPS as GRIPS
+from .parameters.grip import HANDS as HANDS
 from .parameters.grip import GripStiffness as GripStiffness
+from .parameters.grip import HandBody as HandBody
 from .parameters.grip import load_grip as load_grip
 from .parameters.grip import write_grip as write_grip
 from .parameters.limb import JOINTS as JOINTS

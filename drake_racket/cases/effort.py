@@ -161,7 +161,7 @@ def _grip(case: Case) -> list[Rate]:
             Rate(math.sqrt(k / inertia), False, f"grip.torque_stiffness.{letter} {k:.3g} N m/rad"),
             Rate(d / inertia, False, f"grip.torque_damping.{letter} {d:.3g} N m s/rad"),
         ]
-    if kind == "compliant":
+    if kind in ("compliant", "hand"):
         k, d = float(np.max(grip.force_stiffness.value)), float(np.max(grip.force_damping.value))
         found += [
             Rate(math.sqrt(k / mass), False, f"grip.force_stiffness {k:.3g} N/m"),

@@ -170,6 +170,7 @@ class Mechanism:
         landmarks, segments: names of places of hand and limb, and pairs of them.
         num_positions: length of q.  gravity: (3,) in the world.
         limb: that holds the racket; None without one.
+        hand: number of the body of a hand that has mass; None without one.
 
     """
 
@@ -184,6 +185,7 @@ class Mechanism:
     num_positions: int
     gravity: Array
     limb: LimbNumbers | None = None
+    hand: int | None = None
     landmarks: tuple[str, ...] = ()
     segments: tuple[tuple[str, str], ...] = ()
 

@@ -25,6 +25,7 @@ from drake_racket import (
     simulate,
 )
 from drake_racket.cases.case import resolve
+from drake_racket.laws.strings import add_bent_forces, bent_forces
 from drake_racket.parameters.added_mass import add_mass
 from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.plant.racket import find_racket
@@ -229,6 +230,39 @@ def test_a_strings_force_is_the_slope_of_its_energy():
             energies.append(bed.GetOutputPort("string_energy").Eval(own)[0])
         slope = (energies[0] - energies[1]) / 2e-6
         assert -slope == pytest.approx(force[at], abs=1e-5 * np.max(np.abs(force)))
+
+
+def test_the_compiled_loop_is_the_law():
+    """The spring-by-spring loop against the arrays, with damped strings."""
+    parameters = apply_overrides(segmented(6), {"racket.string_bed.damping": 3.0})
+    plant, _, impact, root = moving(parameters, 4)
+    bed = impact.string_bed
+    own = bed.GetMyContextFromRoot(root)
+    state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(root))
+    at, model = bed.at, bed.model
+    velocities = at.num_positions + at.velocities
+    heights, rates = state[at.positions], state[velocities]
+    springs = spring_constants(model)
+    expected = bent_forces(heights, rates, springs, model.incidence, model.folds)
+    found = np.zeros(at.num_velocities)
+    add_bent_forces(
+        state,
+        at.positions,
+        velocities,
+        springs,
+        model.topology.ends,
+        model.arms,
+        model.folds,
+        found,
+        at.velocities,
+    )
+    np.testing.assert_allclose(found[at.velocities], expected, rtol=1e-12)
+    assert np.array_equal(bed.GetOutputPort("generalized_force").Eval(own), found)
+    lost = bed.GetOutputPort("string_energy").Eval(own)[1]
+    undamped = springs.copy()
+    undamped[3] = 0.0
+    drag = expected - bent_forces(heights, rates, undamped, model.incidence, model.folds)
+    assert lost == pytest.approx(-drag @ rates, rel=1e-10)
 
 
 @pytest.mark.parametrize("engine", [pytest.param("drake", marks=pytest.mark.slow), "compiled"])

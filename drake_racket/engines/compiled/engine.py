@@ -340,7 +340,10 @@ def _wiring(system: ImpactDiagram, root: Context) -> Wiring:
         limits = [] if limb.limits is None else [limb.limits]
     bushing = None if grip is None or grip.bushing is None else int(grip.bushing.index())
     welds = [grip.joint] if grip is not None and grip.kind == "weld" else []
-    return Wiring([impact], limits, torques, frame, losses, grip=bushing, kept_welds=welds)
+    wrist = None if grip is None or grip.wrist is None else int(grip.wrist.index())
+    return Wiring(
+        [impact], limits, torques, frame, losses, grip=bushing, wrist=wrist, kept_welds=welds
+    )
 
 
 def run_compiled(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -> Trajectory:

@@ -90,9 +90,14 @@ def mechanism_of(
         num_positions=plant.num_positions(),
         gravity=np.array(plant.gravity_field().gravity_vector()),
         limb=None if parts.limb is None else _limb(parts.limb, plant, root),
+        hand=_hand(parts.grip),
         landmarks=tuple(landmarks),
         segments=tuple(segments),
     )
+
+
+def _hand(grip: Grip | None) -> int | None:
+    return None if grip is None or grip.body is None else int(grip.body.index())
 
 
 def _key(landmark: str) -> str:

@@ -15,6 +15,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_racket.laws.bed import BedTopology
 from drake_racket.laws.compilation import HAS_NUMBA, compiled
 from drake_racket.laws.strings import (
+    add_bent_forces,
     add_generalized_forces,
     bent_energy,
     bent_forces,
@@ -88,6 +89,7 @@ class StringCoordinates:
 
 
 _COMPILED = compiled(add_generalized_forces) if HAS_NUMBA else None
+_BENT = compiled(add_bent_forces) if HAS_NUMBA else None
 
 
 @TemplateSystem.define("StringBed_", scope=sys.modules[__name__])
@@ -168,7 +170,11 @@ def StringBed_(T: Any) -> Any:
         def _calc_force(self, context: Any, output: Any) -> None:
             state, springs = self._state.Eval(context), self._springs.Eval(context)
             force = self._force
-            if not self._rigid:
+            if T is float and _BENT is not None and not self._rigid:
+                q, v, rows = self._rows
+                arms, folds = self.model.arms, self.model.folds
+                _BENT(state, q, v, springs, self._ends, arms, folds, force, rows)
+            elif not self._rigid:
                 z, zdot, folds = state[self._q], state[self._v], self.model.folds
                 force[self._out] = bent_forces(z, zdot, springs, self._incidence, folds)
             elif T is float and _COMPILED is not None:

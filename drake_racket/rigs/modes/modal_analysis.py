@@ -134,7 +134,7 @@ def modal_system(
         strung: with string masses and string-bed; False gives the bare frame.
         support: `free`; `clamped_handle` and `clamped_head` hold that body; `grip` holds the
             racket's grip frame by a hand fixed in the world.
-        grip: of support `grip`; the shipped one if None.
+        grip: of support `grip`; the shipped one if None. One whose hand has mass is of kind `hand`.
 
     Raises:
         InputError: unknown support, or a grip with a support that has none.
@@ -149,14 +149,19 @@ def modal_system(
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     hand = None
     if support == "grip":
-        racket, hand = add_hand_held_racket(plant, parameters, grip or load_grip(), strung=strung)
+        grip = grip or load_grip()
+        kind = "compliant" if grip.hand is None else "hand"
+        racket, hand = add_hand_held_racket(plant, parameters, grip, kind=kind, strung=strung)
     else:
         racket = add_supported_racket(plant, parameters, support, strung=strung)
     plant.Finalize()
     if strung:
         add_impact(builder, plant, racket)
     diagram = builder.Build()
-    return ModalSystem(diagram, diagram.CreateDefaultContext(), plant, racket, hand)
+    context = diagram.CreateDefaultContext()
+    if hand is not None:
+        hand.rest(context)
+    return ModalSystem(diagram, context, plant, racket, hand)
 
 
 @dataclass(frozen=True)
@@ -246,7 +251,7 @@ def _strain_shares(
     system: ModalSystem, linear: LinearSystem, shapes: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Share (n, elements) of each of `strain_elements` in the strain energy v^T K v / 2."""
-    plant, racket = system.plant, system.racket
+    racket = system.racket
     total = np.einsum("ij,ik,kj->j", shapes, linear.stiffness, shapes)
     constants = racket.joint_constants(system.plant_context())
     elements = strain_elements(racket.parameters)
@@ -259,22 +264,29 @@ def _strain_shares(
         block = linear.stiffness[np.ix_(at, at)]
         energies[:, -2] = np.einsum("ij,ik,kj->j", shapes[at], block, shapes[at])
     if system.grip is not None:
-        context, bushing = system.plant_context(), system.grip.bushing
-        assert bushing is not None  # the modal rig's grip is compliant
-        jacobian = plant.CalcJacobianSpatialVelocity(
-            context,
-            JacobianWrtVariable.kV,
-            system.grip.racket_frame,
-            [0.0, 0.0, 0.0],
-            system.grip.hand_frame,
-            system.grip.hand_frame,
-        )
-        stiffness = np.append(
-            bushing.GetTorqueStiffnessConstants(context),
-            bushing.GetForceStiffnessConstants(context),
-        )
-        energies[:, -1] = stiffness @ (jacobian @ shapes) ** 2
+        grips = [grip for grip in (system.grip, system.grip.wrist_side()) if grip is not None]
+        energies[:, -1] = np.sum([_held(system, grip, shapes) for grip in grips], axis=0)
     if racket.string_joints and len(racket.segments) > 2:  # strings that end on other segments
         energies[:, -2] = total - np.sum(energies, axis=1)
     shares: NDArray[np.float64] = energies / total[:, np.newaxis]
     return shares
+
+
+def _held(system: ModalSystem, grip: Grip, shapes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Twice the energy (n,) in a grip's springs."""
+    context, bushing = system.plant_context(), grip.bushing
+    assert bushing is not None  # the modal rig's grips are compliant
+    jacobian = system.plant.CalcJacobianSpatialVelocity(
+        context,
+        JacobianWrtVariable.kV,
+        grip.racket_frame,
+        [0.0, 0.0, 0.0],
+        grip.hand_frame,
+        grip.hand_frame,
+    )
+    stiffness = np.append(
+        bushing.GetTorqueStiffnessConstants(context),
+        bushing.GetForceStiffnessConstants(context),
+    )
+    energy: NDArray[np.float64] = stiffness @ (jacobian @ shapes) ** 2
+    return energy
