@@ -124,6 +124,8 @@ from .results.formats import write_history as write_history
 from .results.history import after_release as after_release
 from .results.impact import ImpactResult as ImpactResult
 from .results.loads import racket_load as racket_load
+from .results.outputs import OUTPUTS as OUTPUTS
+from .results.outputs import Output as Output
 from .simulation import simulate as simulate
 from .store import KeptResults as KeptResults
 

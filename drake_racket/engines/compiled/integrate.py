@@ -111,7 +111,8 @@ def take(
 
 
 @compilable
-def _new_work(model: Any, size: int) -> Any:
+def new_work(model: Any, size: int) -> Any:
+    """Gives the work arrays of a run, in the order of `take`."""
     nv = model[at.HEAD][at.VELOCITIES]
     return (
         np.zeros(3),
@@ -129,7 +130,7 @@ def _new_work(model: Any, size: int) -> Any:
 
 
 @compilable
-def _split_friction(model: Any, which: int, records: Any, s: Any, nq: int, slid: float) -> None:
+def split_friction(model: Any, which: int, records: Any, s: Any, nq: int, slid: float) -> None:
     """Prepares the steps in contact: what `linearise` writes, and how fast that changes.
 
     Args:
@@ -215,7 +216,7 @@ def integrate(
 
     """
     nq, size, contacts = model[at.HEAD][at.POSITIONS], len(y), len(records)
-    s = _new_work(model, size)
+    s = new_work(model, size)
     origin, w, leaves, tau, k = s[0], s[1], s[2], s[3], s[4]
     new, gaps, slopes = np.empty(size), np.zeros((2, contacts)), np.zeros((2, contacts))
     time, count, steps, evaluations = 0.0, 0, 0, 0
@@ -243,7 +244,7 @@ def integrate(
             evaluations += 1
         stiff = stiff_contact(records)
         if stiff >= 0:
-            _split_friction(model, stiff, records, s, nq, slid)
+            split_friction(model, stiff, records, s, nq, slid)
         for i in range(contacts):
             gaps[0, i], slopes[0, i] = watched(model, i, records, w, leaves)
         event, searching, side, factor = -1, False, 0, 1.0
