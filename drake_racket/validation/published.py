@@ -7,11 +7,14 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import Number, Schema, Text
+from drake_racket.io.schema import Number, OneOf, Schema, Text
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file
 
 TOLERANCE_KINDS = ("relative", "absolute")
+
+OWN = ("input", "fit", "closed form")
+"""What of the model's own a row compares it with: such rows could hardly fail."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class PublishedValue(Schema):
     tolerance_reason: Text = ""
     not_comparable: Text = ""
     depends_on: tuple[Text, ...] = ()
+    own: Annotated[str, OneOf("", *OWN)] = ""
     note: Text = ""
 
 

@@ -69,6 +69,7 @@ def _record(row: Comparison) -> dict[str, Any]:
         "verdict": row.verdict,
         "reason": row.reason(),
         "depends_on_inferred": entry.depends_on,
+        "own": entry.own,
     }
 
 
@@ -91,6 +92,8 @@ def markdown(
         f"{len(rows)} rows: **{counts[AGREES]} agree, {counts[DIFFERS]} differ,"
         f" {counts[NOT_COMPARABLE]} are not comparable.**",
         "",
+        _apart(rows),
+        "",
         f"drake_racket {version('drake-racket')}, Drake {version('drake')},"
         f" Python {platform.python_version()}."
         f" {len(plan.points)} points, {len(plan.speeds)} speeds."
@@ -110,6 +113,18 @@ def markdown(
             lines += [f"*{figure['caption']}*"]
     lines += ["", "## What is inferred", "", *_inferred(rows), ""]
     return "\n".join(lines)
+
+
+def _apart(rows: Sequence[Comparison]) -> str:
+    """Counts rows that could have failed apart from those that hardly could."""
+    counted = [row for row in rows if row.verdict != NOT_COMPARABLE]
+    own = [row for row in counted if row.published.own]
+    others = [row for row in counted if not row.published.own]
+    agree = sum(row.verdict == AGREES for row in others)
+    return (
+        f"{len(own)} of them compare the model with its own input, fit or closed form, and could"
+        f" hardly fail. Of the {len(others)} that could, **{agree} agree.**"
+    )
 
 
 def _one_line(row: Comparison) -> str:

@@ -25,13 +25,13 @@ from drake_racket import (
     simulate,
 )
 from drake_racket.cases.case import resolve
+from drake_racket.cases.keys import with_settings
 from drake_racket.laws.strings import add_bent_forces, bent_forces
 from drake_racket.parameters.added_mass import add_mass
 from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.plant.racket import find_racket
 from drake_racket.plant.string_bed import rim_bending, string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
-from drake_racket.sweep.keys import with_settings
 from tests.oracles import segment_chain
 
 COUNTS = (3, 4, 6, 12)

@@ -22,7 +22,7 @@ from drake_racket.cli import main
 from drake_racket.rigs.modes.frame_modes import published_antinodes, published_fundamentals
 from drake_racket.validation import SECTIONS, PublishedValue, compare, load_published, validate
 from drake_racket.validation.outcome import Plan
-from drake_racket.validation.report import inferred_values
+from drake_racket.validation.report import _apart, inferred_values
 from drake_racket.validation.run import FILE, fingerprint
 
 ENTRY = PublishedValue("k", "static_stiffness", "q", "N", "s", value=100.0, note="n")
@@ -324,3 +324,32 @@ def test_bad_options_are_one_line(arguments, said, tmp_path, monkeypatch, capfd)
     (line,) = capfd.readouterr().err.splitlines()
     assert said in line
     assert not (tmp_path / "out").exists()
+
+
+def test_rows_that_could_hardly_fail_are_counted_apart():
+    entries = [
+        dataclasses.replace(ENTRY, key=key, tolerance=0.1, own=own, not_comparable=why)
+        for key, own, why in (("a", "", ""), ("b", "", ""), ("c", "fit", ""), ("d", "", "no"))
+    ]
+    rows = [compare(entry, model) for entry, model in zip(entries, (100, 150, 100, 1), strict=True)]
+    text = _apart(rows)
+    assert text.startswith("1 of them compare the model with its own input, fit or closed form")
+    assert text.endswith("Of the 2 that could, **1 agree.**")
+    own = {entry.key: entry.own for entry in load_published() if entry.own}
+    assert own["plate.kb_growth"] == "input"
+    assert own["plate.closed_form"] == "closed form"
+    assert sum(kind == "fit" for kind in own.values()) == 12
+    assert not any(key.startswith(("hand.transfer", "shop", "places")) for key in own)
+
+
+def test_shops_numbers_and_hands(tmp_path):
+    rows = {row.published.key: row for row in validate(tmp_path, only=["frame_and_hand"])}
+    assert all(row.verdict == "agrees" for row in rows.values() if row.published.own == "fit")
+    for racket, kf in (("tour", 910.0), ("recreational", 1075.0)):
+        assert rows[f"shop.{racket}.kf"].model == kf
+        assert rows[f"shop.{racket}.kf"].verdict == "agrees"
+        assert rows[f"hand.{racket}.grip"].verdict == "agrees"
+    assert rows["shop.tour.mass"].model == pytest.approx(0.3089, abs=1e-4)
+    assert rows["shop.tour.frequency"].model == pytest.approx(127.8, abs=0.05)
+    assert rows["hand.transfer.frequency"].model < 0.88  # its node is farther from the hand
+    assert -0.3 < rows["aside.tour.50"].model < rows["aside.tour.25"].model < -0.05
