@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
 from drake_racket.laws.flexure import (
@@ -148,9 +149,7 @@ def joints_of(racket: Framed) -> tuple[FrameJoint, ...]:
     constants: dict[str, list[tuple[float, float]]] = {}
     for plane in BENDING_AXES:
         stiffness, damping = racket.throat_joint.constants(plane)
-        taper: Quantity = getattr(frame, f"taper_{plane}")
-        c = compliances(places, [throat], [1.0, taper.value])
-        k = joint_stiffness(slices, plane, c, _fundamental(racket, plane))
+        k = bending_stiffness(racket, slices, plane)
         constants[plane] = [(x, x * damping / stiffness) for x in k.tolist()]
     axes = dict(BENDING_AXES)
     if frame.count() > 2:
@@ -170,6 +169,14 @@ def joints_of(racket: Framed) -> tuple[FrameJoint, ...]:
         for i, place in enumerate(places[1:-1])
         for plane, axis in axes.items()
     )
+
+
+def bending_stiffness(racket: Framed, slices: Sequence[Slice], plane: str) -> NDArray[np.float64]:
+    """Gives the stiffness (N m/rad) of the joints of one plane between slices of a frame."""
+    places = [slices[0].start, *(s.end for s in slices)]
+    taper: Quantity = getattr(racket.frame, f"taper_{plane}")
+    c = compliances(places, [racket.handle.length.value], [1.0, taper.value])
+    return joint_stiffness(slices, plane, c, _fundamental(racket, plane))
 
 
 def _fundamental(racket: Framed, plane: str) -> float:

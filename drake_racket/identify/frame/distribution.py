@@ -33,7 +33,7 @@ from drake_racket.laws.flexure import Slice, chain_mass
 from drake_racket.parameters.frame import Part
 from drake_racket.parameters.quantities import Quantity
 from drake_racket.parameters.racket import RacketParameters, check_racket
-from drake_racket.parameters.segments import MOST_SEGMENTS, frame_slices
+from drake_racket.parameters.segments import MOST_SEGMENTS, bending_stiffness, frame_slices
 
 Array = NDArray[np.float64]
 
@@ -130,6 +130,11 @@ class DistributionFit:
         for name, number in self.numbers.items():
             reach = 1.96 * number.sd
             interval = number.value - reach, number.value + reach
+            if name in _LOGARITHMIC:
+                factor = math.exp(reach / number.value)
+                interval = number.value / factor, number.value * factor
+            elif name == "density":
+                interval = max(interval[0], 0.0), min(interval[1], 1.0)
             found[name] = Estimate(number.value, number.sd, interval, number.unit)
         return found
 
@@ -142,8 +147,7 @@ def predictions(racket: RacketParameters) -> dict[str, float]:
     racket = dataclasses.replace(racket, frame=frame)
     slices = frame_slices(racket)
     stiffness = {
-        plane: np.array([j.stiffness for j in racket.frame_joints() if j.plane == plane])
-        for plane in ("in_plane", "out_of_plane")
+        plane: bending_stiffness(racket, slices, plane) for plane in ("in_plane", "out_of_plane")
     }
     values = _whole(racket, slices)
     for plane in stiffness:
@@ -225,14 +229,20 @@ def fit_distribution(
     sd = np.array([s for _, s in found.values()])
 
     def residuals(x: Array) -> Array:
-        model = predictions(start.racket_at(x))
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                model = predictions(start.racket_at(x))
+        except (np.linalg.LinAlgError, ValueError):  # no mass within the parts has these moments
+            return np.concatenate([np.full(len(names), 1e3), x])
         misfit = (np.array([model[name] for name in names]) - target) / sd
         return np.concatenate([np.where(np.isfinite(misfit), misfit, 1e3), x])
 
     def solve(low: float, high: float) -> tuple[Array, Array, float]:
         bounds = start.bounds(low, high)
         begin = np.clip(np.zeros(len(UNKNOWN)), bounds[0] + 1e-9, bounds[1] - 1e-9)
-        result = least_squares(residuals, begin, bounds=bounds, jac="3-point", x_scale="jac")
+        result = least_squares(
+            residuals, begin, bounds=bounds, x_scale=1.0, diff_step=1e-5, ftol=1e-5, xtol=1e-5
+        )
         misfit = float(np.sum(result.fun[: len(names)] ** 2))
         return result.x, result.jac, misfit
 
