@@ -130,6 +130,12 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
     limb, limb_hash = None, ""
     if scenario.support == "limb":
         settings = scenario.limb
+        if settings.activation > 0.0 and settings.model != "upper_limb":
+            raise InputError(
+                f"{where}: limb.activation",
+                settings.activation,
+                "0 with another limb than upper_limb, whose muscles are not known",
+            )
         if settings.model == "upper_limb":
             limb = load_upper_limb(mass=settings.mass or None, height=settings.height or None)
         elif Path(settings.model).is_file():

@@ -15,12 +15,14 @@ from drake_racket.cases.case import Case, resolve
 from drake_racket.io.errors import InputError
 from drake_racket.io.schema import shown
 from drake_racket.laws.phases import ContactModel
+from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.models import LimbBuilder
 from drake_racket.limbs.striking import (
     StrikingLimb,
     add_striking_limb,
     wire_striking_limb,
 )
+from drake_racket.limbs.torques import Muscles, add_muscles
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.plant.ball import add_ball, set_ball_inertia
@@ -160,6 +162,15 @@ def _contact_model(case: Case) -> ContactModel:
     )
 
 
+def _muscles(plant: MultibodyPlant, body: Limb, case: Case, builder: LimbBuilder | None) -> Muscles:
+    """The muscles of the shipped limb; a caller's own has none that are known."""
+    if builder is not None or case.limb is None:
+        raise InputError(
+            "limb.activation", case.scenario.limb.activation, "0 with a limb of the caller's"
+        )
+    return add_muscles(plant, body, case.limb)
+
+
 def make_impact_diagram(
     scenario: Scenario | Case | None = None,
     *,
@@ -187,11 +198,13 @@ def make_impact_diagram(
     builder = DiagramBuilder()
     plant = builder.AddNamedSystem("plant", MultibodyPlant(scenario.time_step))
     grip = None
-    body = None
+    body = muscles = None
     if scenario.support == "grip":
         racket, grip = add_hand_held_racket(plant, case.racket, case.grip, kind=scenario.grip_kind)
     elif scenario.support == "limb":
         body = add_striking_limb(plant, scenario.limb, limb, case.limb)
+        if scenario.limb.activation > 0.0:
+            muscles = _muscles(plant, body, case, limb)
         racket = add_racket(plant, case.racket)
         grip = add_grip(
             plant, racket, body.hand, case.grip, kind=scenario.grip_kind, carrier_is_hand=True
@@ -221,6 +234,7 @@ def make_impact_diagram(
             audit=scenario.audit,
             export_torques=export_torques,
             shipped=case.limb,
+            muscles=muscles,
         )
     others = striking.generalized_force_ports() if striking is not None else []
     connect_forces(builder, plant, [impact], generalized=others)
