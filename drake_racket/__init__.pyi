@@ -44,6 +44,7 @@ from .limbs.stroke import solve_stroke as solve_stroke
 from .limbs.upper_limb import add_upper_limb as add_upper_limb
 from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
+from .parameters.ball import BallSurface as BallSurface
 from .parameters.ball import load_ball as load_ball
 from .parameters.frame import FrameJoint as FrameJoint
 from .parameters.grip import GRIPS as GRIPS
@@ -110,6 +111,8 @@ from .plant.systems.string_bed import StringBed as StringBed
 from .plant.systems.string_bed import StringBed_ as StringBed_
 from .plant.systems.string_bed import StringBedModel as StringBedModel
 from .plant.systems.string_bed import spring_constants as spring_constants
+from .plant.systems.surface_contact import SurfaceContact as SurfaceContact
+from .plant.systems.surface_contact import SurfaceContact_ as SurfaceContact_
 from .plots.log.impact import impact_figure as impact_figure
 from .pool import check_workers as check_workers
 from .pool import leave_if_imported_again as leave_if_imported_again

@@ -51,6 +51,17 @@ def impact(
             parser=in_unit("degrees"),
         ),
     ] = None,
+    contact: Annotated[
+        str | None,
+        typer.Option(help="paper (a point without spin), or surface (radius, spin, anywhere)."),
+    ] = None,
+    spin: Annotated[
+        float | None,
+        typer.Option(
+            help="Spin before, with contact surface: -3820 (rpm), positive as friction turns it.",
+            parser=in_unit("rpm"),
+        ),
+    ] = None,
     support: Annotated[
         str | None, typer.Option(help="free, clamped_head, clamped_handle, grip or limb.")
     ] = None,
@@ -88,6 +99,8 @@ def impact(
         "speed": speed,
         "incidence_deg": incidence,
         "azimuth_deg": azimuth,
+        "contact": contact,
+        "spin_rpm": spin,
         "support": support,
         "after": after,
         "engine": engine,

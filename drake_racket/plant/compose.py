@@ -30,12 +30,14 @@ from drake_racket.laws.phases import (
     ContactRecord,
     contact_record,
 )
-from drake_racket.parameters.ball import BallParameters
+from drake_racket.laws.surface import CONTACTS, SurfaceModel
+from drake_racket.parameters.ball import BallParameters, surface_of
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.ball import Ball, ball_law
 from drake_racket.plant.racket import Racket, string_bed_model, string_coordinates
 from drake_racket.plant.systems.ball_contact import BallContact
 from drake_racket.plant.systems.string_bed import StringBed
+from drake_racket.plant.systems.surface_contact import SurfaceBodies, SurfaceContact
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,7 +46,7 @@ class Impact:
 
     Attributes:
         string_bed: the StringBed system.
-        contact: the BallContact system; None for a racket without a ball.
+        contact: the BallContact or SurfaceContact; None for a racket without a ball.
 
     """
 
@@ -90,6 +92,7 @@ def add_impact(
     point: int = 0,
     friction_reading: str = "velocity",
     reaction_point: str = "ball",
+    contact: str = "paper",
     name: str | None = None,
     connect: bool = True,
 ) -> Impact:
@@ -104,6 +107,8 @@ def add_impact(
         friction_reading: `velocity` or `displacement` (see `laws.contact`).
         reaction_point: where the reaction to the contact force acts on the head: `ball`, at the
             ball (action and reaction along one line), or `string_mass`, as the source has it.
+        contact: `paper`, a point without spin on one string mass, or `surface`, a ball with radius
+            and spin anywhere on the bed (`laws.surface`), for which the three above have no say.
         name: prefix of the two systems' names; the racket's model name if None.
         connect: wire the forces to the plant's input ports. With several rackets, or other sources
             of force on the same ports, pass False and call `connect_forces` once.
@@ -115,6 +120,8 @@ def add_impact(
     """
     _check_plant(builder, plant, "add_impact", racket, ball)
     _check_choices(racket, point, friction_reading, reaction_point)
+    if ball is not None:
+        check_contact(contact, ball, "add_impact: contact")
     _finalize(plant)
     name = name or plant.GetModelInstanceName(racket.model_instance)
     string_bed = builder.AddNamedSystem(
@@ -122,9 +129,9 @@ def add_impact(
         StringBed(string_bed_model(racket.parameters), string_coordinates(racket)),
     )
     builder.Connect(plant.get_state_output_port(), string_bed.GetInputPort("state"))
-    contact = None
+    system = None
     if ball is not None:
-        contact = add_contact(
+        system = add_contact(
             builder,
             plant,
             racket,
@@ -132,9 +139,10 @@ def add_impact(
             point=point,
             friction_reading=friction_reading,
             reaction_point=reaction_point,
+            contact=contact,
             name=f"{name}_{plant.GetModelInstanceName(ball.model_instance)}_contact",
         )
-    impact = Impact(racket, ball, string_bed, contact)
+    impact = Impact(racket, ball, string_bed, system)
     if connect:
         connect_forces(builder, plant, [impact])
     return impact
@@ -149,12 +157,21 @@ def add_contact(
     point: int = 0,
     friction_reading: str = "velocity",
     reaction_point: str = "ball",
+    contact: str = "paper",
     name: str,
 ) -> Any:
-    """Adds one BallContact and connects its inputs; returns the system. As `add_impact`."""
+    """Adds one contact and connects its inputs; returns the system. As `add_impact`."""
     _check_plant(builder, plant, "add_contact", racket, ball)
     _check_choices(racket, point, friction_reading, reaction_point)
+    check_contact(contact, ball, "add_contact: contact")
     _finalize(plant)
+    if contact == "surface":
+        own = surface_model(racket.parameters, ball.parameters)
+        system = builder.AddNamedSystem(
+            name, SurfaceContact(own, surface_bodies(racket, ball), plant)
+        )
+        builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
+        return system
     model = contact_model(
         racket.parameters, ball.parameters, point, friction_reading, reaction_point
     )
@@ -162,9 +179,9 @@ def add_contact(
         ball=int(ball.body.index()),
         strings=tuple(int(b.index()) for b in racket.string_masses),
     )
-    contact = builder.AddNamedSystem(name, BallContact(model, bodies, plant))
-    builder.Connect(plant.get_state_output_port(), contact.GetInputPort("state"))
-    return contact
+    system = builder.AddNamedSystem(name, BallContact(model, bodies, plant))
+    builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
+    return system
 
 
 def connect_forces(
@@ -234,8 +251,52 @@ def contact_model(
     )
 
 
+def surface_model(racket: RacketParameters, ball: BallParameters) -> SurfaceModel:
+    """Gives the numbers of the parameter files, for the SurfaceContact system.
+
+    Raises:
+        InputError: the ball has no numbers of its surface.
+
+    """
+    bed, surface = racket.string_bed, surface_of(ball)
+    return SurfaceModel(
+        ball=ball_law(ball),
+        friction=tuple(racket.friction_coefficients()),
+        surface=(
+            ball.radius.value,
+            surface.flattening.value,
+            surface.tangential_stiffness.value,
+            surface.tangential_damping.value,
+        ),
+        grid=bed.spacing.value * racket.bed_topology().places,
+        rim=(bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value),
+    )
+
+
+def surface_bodies(racket: Racket, ball: Ball) -> SurfaceBodies:
+    """Tells where a bed and a ball are on their finalized plant."""
+    first = racket.string_joints[0].frame_on_parent()
+    X_HS = first.GetFixedPoseInBodyFrame()
+    bed = racket.parameters.string_bed
+    x, y = bed.spacing.value * racket.parameters.bed_topology().places[0]
+    axes = X_HS.rotation().matrix()
+    at = string_coordinates(racket)
+    return SurfaceBodies(
+        ball=int(ball.body.index()),
+        head=int(first.body().index()),
+        strings=tuple(int(b.index()) for b in racket.string_masses),
+        positions=at.positions,
+        velocities=at.num_positions + at.velocities,
+        axes=axes,
+        centre=X_HS.translation() - axes @ np.array([x, y, 0.0]),
+    )
+
+
 def set_impact_parameters(
-    impact: Impact, root: Context, racket: RacketParameters, contact: ContactModel | None
+    impact: Impact,
+    root: Context,
+    racket: RacketParameters,
+    contact: ContactModel | SurfaceModel | None,
 ) -> None:
     """Writes the parameters of another racket file, ball or choice into a Diagram's Context.
 
@@ -260,8 +321,13 @@ def set_impact_parameters(
         context.get_mutable_numeric_parameter(index).SetFromVector(np.asarray(values))
     if contact is not None and impact.contact is not None:
         context = impact.contact.GetMyMutableContextFromRoot(root)
-        choices = [contact.point, contact.by_displacement, contact.reaction_at_ball]
-        for index, group in enumerate((contact.ball, contact.friction, contact.scales, choices)):
+        groups: list[Any] = [contact.ball, contact.friction]
+        if isinstance(contact, SurfaceModel):
+            groups.append(contact.surface)
+        else:
+            choices = [contact.point, contact.by_displacement, contact.reaction_at_ball]
+            groups += [contact.scales, choices]
+        for index, group in enumerate(groups):
             context.get_mutable_numeric_parameter(index).SetFromVector(
                 np.asarray(group, dtype=float)
             )
@@ -289,6 +355,20 @@ def _check_choices(racket: Racket, point: int, friction_reading: str, reaction_p
         raise InputError("friction_reading", friction_reading, ", ".join(FRICTION_READINGS))
     if reaction_point not in REACTION_POINTS:
         raise InputError("reaction_point", reaction_point, ", ".join(REACTION_POINTS))
+
+
+def check_contact(contact: str, ball: Ball, key: str) -> None:
+    """Raises InputError unless a ball can meet strings by this law on its plant."""
+    if contact not in CONTACTS:
+        raise InputError(key, contact, ", ".join(CONTACTS))
+    if contact != ball.contact:
+        raise InputError(
+            key,
+            contact,
+            f"{ball.contact}, as the ball was made (add_ball(..., contact={contact!r}))",
+        )
+    if contact == "surface" and ball.plant.time_step() > 0.0:
+        raise InputError(key, "surface, on a discrete plant", "a continuous one (time_step 0)")
 
 
 def _finalize(plant: MultibodyPlant) -> None:

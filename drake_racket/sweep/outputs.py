@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.scenario import Scenario
+from drake_racket.parameters.scenario import RPM, Scenario
 from drake_racket.results.history import after_release
 from drake_racket.results.impact import ImpactResult
 
@@ -59,6 +59,15 @@ def _attribute(result: ImpactResult, *, name: str) -> float:
 
 def _component(result: ImpactResult, *, name: str, index: int) -> float:
     return float(getattr(result, name)[index])
+
+
+def _maybe_component(result: ImpactResult, *, name: str, index: int) -> float:
+    value = getattr(result, name)
+    return math.nan if value is None else float(value[index])
+
+
+def _spin_rpm(result: ImpactResult) -> float:
+    return float(result.spin_after @ result.scenario.spin_axis()) / RPM
 
 
 def _energy(result: ImpactResult, *, name: str) -> float:
@@ -202,6 +211,33 @@ def _all() -> list[Output]:
         *USUAL,
         *_vector("rebound_velocity", "m/s", "rebound velocity of the ball"),
         _single("rebound_angle", "rad", "between rebound velocity and the strings' normal"),
+        Output(
+            "spin_after_rpm",
+            "rpm",
+            "spin after, about the axis of spin_rpm",
+            _spin_rpm,
+        ),
+        *_vector("spin_before", "rad/s", "initial angular velocity of the ball"),
+        *_vector("spin_after", "rad/s", "angular velocity of the ball at its last release"),
+        *(
+            Output(
+                f"{name}_{letter}",
+                units,
+                f"{text}, {letter}",
+                functools.partial(_maybe_component, name=key, index=i),
+            )
+            for name, key, units, text in (
+                ("rebound_angle", "rebound_angles", "rad", "rebound angle in the plane with z"),
+                ("touch_place", "touch_place", "m", "place of the first touch from the centre"),
+                ("impulse_place", "impulse_place", "m", "place of the impulse in R"),
+            )
+            for i, letter in enumerate("xy")
+        ),
+        _single("tangential_restitution", "1", "tangential restitution of the ball's surface"),
+        _single("sliding_fraction", "1", "share of the contact spent sliding"),
+        _single("grip_time", "s", "time in contact spent gripping"),
+        _single("overspin_time", "s", "time in contact with the ball's surface going backwards"),
+        *_vector("angular_impulse", "N*m*s", "contact's angular impulse on the racket, butt"),
         *_vector("approach_velocity", "m/s", "initial velocity of the ball"),
         _single("normal_approach_speed", "m/s", "normal approach speed at first touch"),
         _single("touch_time", "s", "time of first touch, from the start"),

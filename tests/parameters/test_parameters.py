@@ -102,6 +102,8 @@ INFERRED_BALL = {
     "damping_low",
     "sliding_speed_scale",
     "sliding_distance_scale",
+    "surface.inertia_factor",
+    "surface.flattening",
 }
 
 
@@ -219,6 +221,10 @@ def test_ball():
         "damping_growth": 0.97,
         "sliding_speed_scale": 0.02,
         "sliding_distance_scale": 1e-4,
+        "surface.inertia_factor": 0.55,
+        "surface.flattening": 0.5,
+        "surface.tangential_stiffness": 34700.0,
+        "surface.tangential_damping": 63.5,
     }
     assert {key: value.value for key, value in values(ball).items()} == expected
     assert {k for k, v in values(ball).items() if v.status == "inferred"} == INFERRED_BALL

@@ -21,6 +21,7 @@ from drake_racket.engines.drake.mechanism import Parts, mechanism_of
 from drake_racket.engines.trajectory import Motion, Trajectory
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.laws.phases import RELEASE, SIZE, TOUCH
+from drake_racket.laws.surface import SURFACE_SIZE
 from drake_racket.laws.totals import IMPULSE, TOTALS
 
 Array = NDArray[np.float64]
@@ -45,7 +46,7 @@ class Start:
 
     Attributes:
         root: Context with the case's parameters and initial state.
-        floats: numbers of the model.  y: [q; v; totals].  scale: weights of errors.
+        floats: numbers of the model.  y: [q; v; elements; totals].  scale: weights of errors.
 
     """
 
@@ -88,9 +89,8 @@ class CompiledImpact:
         totals = 0 if system.meter is None else TOTALS
         if system.limb is not None and system.limb.energy is not None:
             totals += 3
-        return Start(
-            root, floats, np.concatenate([state, np.zeros(totals)]), self._scale(root, totals)
-        )
+        rest = np.zeros(self.model.ints[at.ELEMENTS] + totals)
+        return Start(root, floats, np.concatenate([state, rest]), self._scale(root, totals))
 
     def _scale(self, root: Context, totals: int) -> Array:
         """Weights that make errors shares of the square root of the ball's energy of approach."""
@@ -107,7 +107,12 @@ class CompiledImpact:
         lost = np.full(totals, _SHARE_OF_TOTALS * 2.0 / twice)
         if totals:
             lost[IMPULSE] = 0.0  # as exact as the momentum, whatever the step
-        return np.concatenate([_RATE * np.max(v[self._v_of_q], axis=1), v, lost])
+        element = np.array([])
+        contact = self.system.impact.contact
+        if contact is not None and self.model.ints[at.ELEMENTS]:
+            surface = contact.GetMyContextFromRoot(root).get_numeric_parameter(contact.SURFACE)
+            element = np.full(contact.ELEMENT, np.sqrt(surface[2] / twice))
+        return np.concatenate([_RATE * np.max(v[self._v_of_q], axis=1), v, element, lost])
 
     def run(self, case: Case, *, every_sample: bool = True) -> Trajectory:
         """Runs one case; see `engines.drake.engine.run_drake`."""
@@ -155,10 +160,12 @@ class CompiledImpact:
     ) -> Trajectory:
         system, ints = self.system, self.model.ints
         states = samples[:, 1:]
-        first = ints[at.POSITIONS] + ints[at.VELOCITIES]
-        plant = np.ascontiguousarray(states[:, :first])
+        bodies = ints[at.POSITIONS] + ints[at.VELOCITIES]
+        first = bodies + ints[at.ELEMENTS]
+        plant = np.ascontiguousarray(states[:, :bodies])
+        moving = np.ascontiguousarray(states[:, :first])
         contact = np.zeros((len(samples), 9))
-        see_contact(at.open_model(ints, start.floats), plant, records, contact)
+        see_contact(at.open_model(ints, start.floats), moving, records, contact)
         parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
         if states.shape[1] > first:
             totals = states[:, first:]
@@ -172,10 +179,11 @@ class CompiledImpact:
             record=records[:, 0],
             contact=contact,
             totals=totals,
-            motion=self._motion(start, plant[chosen], records[chosen], chosen),
+            motion=self._motion(start, moving[chosen], records[chosen], chosen),
             steps=steps,
             evaluations=evaluations,
             engine="compiled",
+            element=states[:, bodies:first],
         )
 
     def _motion(
@@ -244,7 +252,8 @@ def more_room(room: int, time: float) -> int:
 
 
 def _blank_records(ints: NDArray[np.int64]) -> Array:
-    records = np.zeros((ints[at.CONTACTS], SIZE))
+    size = SURFACE_SIZE if ints[at.ELEMENTS] else SIZE
+    records = np.zeros((ints[at.CONTACTS], size))
     records[:, [TOUCH, RELEASE]] = np.nan
     return records
 

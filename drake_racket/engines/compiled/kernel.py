@@ -20,8 +20,10 @@ from drake_racket.engines.compiled.dynamics import (
     observe,
     rates,
     solve,
+    surface,
 )
 from drake_racket.laws import contact, limits, phases, strings, totals
+from drake_racket.laws import surface as surface_law
 from drake_racket.laws.compilation import compiled, sources_stamp
 
 _STAMP = sources_stamp(
@@ -35,6 +37,8 @@ _STAMP = sources_stamp(
     observe,
     rates,
     solve,
+    surface,
+    surface_law,
     contact,
     limits,
     phases,

@@ -26,6 +26,8 @@ from pydrake.systems.framework import Context
 from drake_racket.engines.compiled.extract.numbers import read_numbers
 from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.io.errors import InputError
+from drake_racket.laws.phases import nearest_point
+from drake_racket.laws.surface import SurfaceModel
 
 Array = NDArray[np.float64]
 
@@ -99,15 +101,19 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         ],
     ]
     leaf_of = {int(leaf.joint.index()): row for row, leaf in enumerate(tree.leaves)}
-    ends, contacts, points = [], [], 0
+    ends, contacts, points, elements = [], [], 0, 0
     for impact in wiring.impacts:
         rows = np.array([leaf_of[int(j.index())] for j in impact.racket.string_joints])
         own = impact.string_bed.model.topology.ends
         ends.append(np.where(own >= 0, rows[own], -1))
         if impact.contact is not None:
-            middle = impact.contact._middle
+            middle = nearest_point(impact.contact.model.grid, 0.0, 0.0)
             ball, _ = tree.place[int(impact.ball.body.index())]
-            contacts.append((rows[0], len(rows), ball, middle, points))
+            element = -1
+            if isinstance(impact.contact.model, SurfaceModel):
+                element = plant.num_multibody_states() + elements
+                elements += impact.contact.ELEMENT
+            contacts.append((rows[0], len(rows), ball, middle, points, element))
             points += len(rows)
     limits = [
         (q, v - plant.num_positions())
@@ -136,6 +142,7 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         plant.num_positions(),
         plant.num_velocities(),
         grip,
+        elements,
     ]
     flat = [np.asarray(part, dtype=np.int64).ravel() for part in (header, *ints)]
     return Model(np.concatenate(flat), read_numbers(tree, root, wiring, bushings, springs), tree)
