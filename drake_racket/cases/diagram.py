@@ -30,10 +30,9 @@ from drake_racket.plant.compose import (
     Impact,
     add_impact,
     connect_forces,
-    contact_model,
     set_impact_parameters,
-    surface_model,
 )
+from drake_racket.plant.contacts import contact_model, surface_model
 from drake_racket.plant.grip import Grip, add_grip
 from drake_racket.plant.racket import add_racket, set_racket_inertia
 from drake_racket.plant.supports import add_hand_held_racket, add_supported_racket

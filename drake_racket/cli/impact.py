@@ -199,7 +199,12 @@ def _print_summary(result: ImpactResult, written: list[Path]) -> None:
     parts: list[Any] = [racket, scenario.load_ball()]
     if scenario.support in ("grip", "limb") and scenario.grip_kind != "weld":
         parts.append(scenario.load_grip())
-    inferred = sum(q.status == "inferred" for part in parts for _, q in sourced_fields(part))
+    other = "surface." if scenario.contact == "paper" else "sliding_"  # of the other contact
+    inferred = sum(
+        q.status == "inferred" and not key.startswith(other)
+        for part in parts
+        for key, q in sourced_fields(part)
+    )
     console.print(
         f"[dim]{inferred} of the model's values are inferred, not published:"
         f" drake-racket show {escape(scenario.racket)} --tension {escape(scenario.tension)}"

@@ -19,7 +19,7 @@ from drake_racket.results.impact import ImpactResult
 if TYPE_CHECKING:
     import xarray
 
-AUDIT, HAND, LIMB = "audit", "hand", "limb"
+AUDIT, HAND, LIMB, SURFACE = "audit", "hand", "limb", "surface"
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Output:
     Attributes:
         read: a module's function (it travels between processes); NaN where there is no number.
         needs_history: it is read from the time history, which makes a run slower.
-        needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb)
-            or LIMB (support limb); without it the number is NaN.
+        needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb),
+            LIMB (support limb) or SURFACE (contact surface); without it the number is NaN.
         of_engine: it tells how an engine worked, not what happened: engines need not agree.
 
     """
@@ -47,6 +47,8 @@ class Output:
         """Tells whether such a scenario can have it."""
         if self.needs == HAND:
             return scenario.support in ("grip", "limb")
+        if self.needs == SURFACE:
+            return scenario.contact == "surface"
         if self.needs == LIMB:
             return scenario.support == "limb" and scenario.audit
         return scenario.audit or self.needs != AUDIT
@@ -107,6 +109,19 @@ def _vector(name: str, units: str, text: str) -> list[Output]:
             functools.partial(_component, name=name, index=i),
         )
         for i, letter in enumerate("xyz")
+    ]
+
+
+def _pair(name: str, key: str, units: str, text: str, needs: str = "") -> list[Output]:
+    return [
+        Output(
+            f"{name}_{letter}",
+            units,
+            f"{text}, {letter}",
+            functools.partial(_maybe_component, name=key, index=i),
+            needs=needs,
+        )
+        for i, letter in enumerate("xy")
     ]
 
 
@@ -219,25 +234,19 @@ def _all() -> list[Output]:
         ),
         *_vector("spin_before", "rad/s", "initial angular velocity of the ball"),
         *_vector("spin_after", "rad/s", "angular velocity of the ball at its last release"),
+        *_pair("rebound_angle", "rebound_angles", "rad", "rebound angle in the plane with z"),
+        *_pair("impulse_place", "impulse_place", "m", "place of the impulse in the strings' plane"),
+        *_pair("touch_place", "touch_place", "m", "place of the first touch in the bed", SURFACE),
         *(
-            Output(
-                f"{name}_{letter}",
-                units,
-                f"{text}, {letter}",
-                functools.partial(_maybe_component, name=key, index=i),
+            _single(name, units, text, needs=SURFACE)
+            for name, units, text in (
+                ("tangential_restitution", "1", "tangential restitution of the ball's surface"),
+                ("sliding_fraction", "1", "share of the contact spent sliding"),
+                ("grip_time", "s", "time in contact spent gripping"),
+                ("overspin_time", "s", "time in contact with the ball's surface going backwards"),
             )
-            for name, key, units, text in (
-                ("rebound_angle", "rebound_angles", "rad", "rebound angle in the plane with z"),
-                ("touch_place", "touch_place", "m", "place of the first touch from the centre"),
-                ("impulse_place", "impulse_place", "m", "place of the impulse in R"),
-            )
-            for i, letter in enumerate("xy")
         ),
-        _single("tangential_restitution", "1", "tangential restitution of the ball's surface"),
-        _single("sliding_fraction", "1", "share of the contact spent sliding"),
-        _single("grip_time", "s", "time in contact spent gripping"),
-        _single("overspin_time", "s", "time in contact with the ball's surface going backwards"),
-        *_vector("angular_impulse", "N*m*s", "contact's angular impulse on the racket, butt"),
+        *_vector("angular_impulse", "N*m*s", "angular impulse on the racket about the butt"),
         *_vector("approach_velocity", "m/s", "initial velocity of the ball"),
         _single("normal_approach_speed", "m/s", "normal approach speed at first touch"),
         _single("touch_time", "s", "time of first touch, from the start"),

@@ -22,7 +22,7 @@ from drake_racket.engines.compiled.dynamics import (
     solve,
     surface,
 )
-from drake_racket.laws import contact, limits, phases, strings, totals
+from drake_racket.laws import contact, limits, phases, places, strings, totals
 from drake_racket.laws import surface as surface_law
 from drake_racket.laws.compilation import compiled, sources_stamp
 
@@ -39,6 +39,7 @@ _STAMP = sources_stamp(
     solve,
     surface,
     surface_law,
+    places,
     contact,
     limits,
     phases,

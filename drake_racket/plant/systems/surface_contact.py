@@ -33,6 +33,7 @@ from drake_racket.laws.phases import (
     next_phase,
     value_of,
 )
+from drake_racket.laws.places import bed_weights
 from drake_racket.laws.surface import (
     COMPILED_SURFACE,
     COMPILED_SURFACE_MOTION,
@@ -42,7 +43,6 @@ from drake_racket.laws.surface import (
     SURFACE_SIZE,
     WEIGHT_0,
     SurfaceModel,
-    bed_weights,
     surface_forces,
     surface_losses,
     surface_motion,

@@ -14,6 +14,7 @@ from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.engine import CompiledImpact
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import CB, KB, MU, PHASE, POINT, RELEASE, TOUCH
+from drake_racket.laws.places import bed_weights
 from drake_racket.laws.surface import (
     CT,
     FLATTENING,
@@ -23,7 +24,6 @@ from drake_racket.laws.surface import (
     RADIUS,
     SURFACE_SIZE,
     WEIGHT_0,
-    bed_weights,
 )
 from drake_racket.results.impact import make_result
 from tests.conftest import free_parameters

@@ -15,11 +15,11 @@ from drake_racket.engines.compiled.dynamics.motion import back, cross, turn
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, FREE, PASSED
 from drake_racket.laws.phases import PHASE, POINT, next_phase
+from drake_racket.laws.places import bed_weights
 from drake_racket.laws.surface import (
     NEARLY,
     POINT_0,
     WEIGHT_0,
-    bed_weights,
     round_place,
     surface_law,
     surface_losses,
