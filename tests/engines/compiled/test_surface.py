@@ -175,7 +175,9 @@ def compiled_result(model, **changes):
     [
         {**SPIN, **PLACES},
         {"incidence_deg": 17.0, "azimuth_deg": 60.0, "speed": 31.0, **PLACES},
-        pytest.param({"incidence_deg": 60.0, "spin_rpm": 4000.0}, marks=pytest.mark.slow),
+        pytest.param(
+            {"incidence_deg": 45.0, "speed": 30.0, "spin_rpm": 4000.0}, marks=pytest.mark.slow
+        ),
         pytest.param({"spin_rpm": 3000.0, "offset_x": 0.1}, marks=pytest.mark.slow),
     ],
     ids=str,
