@@ -19,6 +19,7 @@ DATA = {
     "speeds.yaml",
     "backhand.yaml",
     "ball_penn_titanium.yaml",
+    "ball_penn_titanium_slow.yaml",
     "grip_loose.yaml",
     "grip_normal.yaml",
     "grip_tight.yaml",

@@ -10,7 +10,7 @@ from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.yaml_files import load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
 
-BALLS = ("penn_titanium",)
+BALLS = ("penn_titanium", "penn_titanium_slow")
 
 
 @dataclass(frozen=True)

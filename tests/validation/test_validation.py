@@ -159,7 +159,7 @@ def finished(tmp_path_factory):
 
 def test_rows_of_the_sections_asked_for(finished):
     _, rows, seen = finished
-    assert [row.published.section for row in rows] == ["force_plate"] * 6 + ["static_stiffness"] * 3
+    assert [row.published.section for row in rows] == ["force_plate"] * 7 + ["static_stiffness"] * 3
     verdicts = {row.published.key: row.verdict for row in rows}
     assert verdicts["plate.closed_form"] == "agrees"
     assert verdicts["static.match_small"] == "differs"
@@ -269,7 +269,7 @@ def test_an_interrupted_run_keeps_what_is_finished(tmp_path, monkeypatch):
         plan=Plan.coarse(),
         progress=lambda now: seen.append(now.task),
     )
-    assert len(rows) == 9
+    assert len(rows) == 10
     assert SECTIONS["force_plate"][0] not in seen
 
 
