@@ -46,6 +46,7 @@ from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
 from .parameters.ball import BallSurface as BallSurface
 from .parameters.ball import load_ball as load_ball
+from .parameters.finer_bed import finer_bed as finer_bed
 from .parameters.frame import FrameJoint as FrameJoint
 from .parameters.grip import GRIPS as GRIPS
 from .parameters.grip import GripStiffness as GripStiffness
@@ -123,6 +124,8 @@ from .results.formats import write_history as write_history
 from .results.history import after_release as after_release
 from .results.impact import ImpactResult as ImpactResult
 from .results.loads import racket_load as racket_load
+from .results.outputs import OUTPUTS as OUTPUTS
+from .results.outputs import Output as Output
 from .simulation import simulate as simulate
 from .store import KeptResults as KeptResults
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
+from collections.abc import Sequence
 from typing import Any
 
 from drake_racket.cases.case import Case, resolve, with_engine
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
+from drake_racket.cases.keys import Key
+from drake_racket.derivatives import differentiable_keys, run_with_derivatives
 from drake_racket.engines.registry import run
+from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Report
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult, make_result
@@ -20,6 +24,7 @@ def simulate(
     *,
     history: bool = True,
     engine: str | None = None,
+    derivatives: Sequence[str] | None = None,
     progress: Report | None = None,
 ) -> ImpactResult:
     """Simulates one impact.
@@ -31,6 +36,9 @@ def simulate(
         history: record motion and energies at every step; without it `ImpactResult.history` and
             what is read from it are None, and the balance is that of the end alone.
         engine: `drake` or `compiled`, in place of the scenario's.
+        derivatives: keys of the scenario or of parameters, as a sweep names them: the result has
+            the exact derivatives of its numbers by them (`ImpactResult.derivatives`). The compiled
+            engine runs the case then.
         progress: called as a run in Drake's engine goes on; `done` and `total` are its
             milliseconds.
 
@@ -42,18 +50,29 @@ def simulate(
     case = resolve(scenario or Scenario())
     if engine is not None:
         case = with_engine(case, engine)
+    keys = None
+    if derivatives is not None:
+        if case.scenario.engine == "drake":
+            raise InputError("engine", "drake, with derivatives", "auto or compiled")
+        keys = differentiable_keys(case, derivatives)
     if system is not None:
-        return _simulated(case, system, history, progress)
+        return _simulated(case, system, keys, history, progress)
     system = _taken(case)
     try:
-        return _simulated(case, system, history, progress)
+        return _simulated(case, system, keys, history, progress)
     finally:
         _keep(case, system)
 
 
 def _simulated(
-    case: Case, system: ImpactDiagram, history: bool, progress: Report | None
+    case: Case,
+    system: ImpactDiagram,
+    keys: Sequence[Key] | None,
+    history: bool,
+    progress: Report | None,
 ) -> ImpactResult:
+    if keys is not None:
+        return run_with_derivatives(case, system, keys, history=history)[0]
     trajectory = run(case, system, every_sample=history, progress=progress)
     return make_result(case, trajectory, history=history)
 

@@ -20,6 +20,7 @@ import xarray
 from drake_racket import (
     ImpactResult,
     InputError,
+    Output,
     Scenario,
     after_release,
     check_directory,
@@ -33,7 +34,7 @@ from drake_racket import (
     write_table,
 )
 from drake_racket.plots import BLUE, GREY, new_figure, tidy
-from drake_racket.sweep import Output, make_sweep, run_grid
+from drake_racket.sweep import make_sweep, run_grid
 
 TITLE = "A hand from loose to rigid: corner impact in a backhand"
 FACTORS = tuple(float(f) for f in np.logspace(-4, 6, 11))

@@ -45,7 +45,7 @@ __all__ = ["ImpactDiagram", "make_impact_diagram"]
 _IDENTITY = RigidTransform(Quaternion(1.0, 0.0, 0.0, 0.0), [0.0, 0.0, 0.0])
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ImpactDiagram:
     """The ImpactDiagram holds a built Diagram and the handles into it.
 

@@ -51,7 +51,7 @@ def with_options(
     scenario: Scenario, settings: Sequence[str] | None, ball: str | None = None
 ) -> Scenario:
     """Gives a scenario with `--ball` and `--set`, not checked; raises InputError."""
-    from drake_racket.sweep.keys import with_settings
+    from drake_racket.cases.keys import with_settings
 
     if ball is not None:
         scenario = dataclasses.replace(scenario, ball=ball)

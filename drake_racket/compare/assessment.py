@@ -35,9 +35,9 @@ from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS, RacketProperties, racket_properties
 from drake_racket.results.impact import ImpactResult, make_result
+from drake_racket.results.outputs import OUTPUTS
 from drake_racket.rigs.modes.shapes import head_node
 from drake_racket.simulation import simulate
-from drake_racket.sweep.outputs import OUTPUTS
 from drake_racket.sweep.worker import may_run_compiled
 
 if TYPE_CHECKING:

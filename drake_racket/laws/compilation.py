@@ -53,10 +53,23 @@ parallel_range: Any = range if numba is None else numba.prange
 
 HAS_NUMBA = numba is not None
 
+_INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Called by compiled code only: doors from Python and C would be compiled for nobody."""
+
+
+def finds_root(law: Callable[..., Any]) -> Callable[..., Any]:
+    """Marks a function that solves an equation by Newton's method.
+
+    Who differentiates it leaves it out, and differentiates the one step more that follows on it:
+    at the root that step has the root's own derivative.
+    """
+    law.is_root = True  # type: ignore[attr-defined]
+    return law
+
 
 def compilable(law: Callable[..., Any]) -> Callable[..., Any]:
     """Marks a function that a compiled law calls; it stays a plain function for Python.
 
     Compiled, a division by zero gives inf or NaN, as NumPy has it.
     """
-    return law if numba is None else register_jitable(error_model="numpy")(law)
+    return law if numba is None else register_jitable(**_INNER)(law)

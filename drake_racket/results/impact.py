@@ -122,6 +122,7 @@ class ImpactResult:
         warnings: what the user should know about this run.
         steps, evaluations: of the integrator.
         history: labelled time history; None if not asked for.
+        derivatives: of its numbers by keys (`drake_racket.derivatives`); None if not asked for.
 
     """
 
@@ -164,6 +165,7 @@ class ImpactResult:
     steps: int
     evaluations: int
     history: xarray.Dataset | None = dataclasses.field(repr=False)
+    derivatives: Any = None
 
     def summary(self) -> str:
         """The result in words, as the command line prints it."""
@@ -176,7 +178,10 @@ class ImpactResult:
 
     def to_json(self) -> dict[str, Any]:
         """Gives everything but the history, as JSON's own types, with the units (`units`)."""
-        values = {name: json_data(x) for name, x in vars(self).items() if name != "history"}
+        kept = {k: x for k, x in vars(self).items() if k not in ("history", "derivatives")}
+        values = {name: json_data(x) for name, x in kept.items()}
+        if self.derivatives is not None:
+            values["derivatives"] = self.derivatives.to_json()
         units = {name: unit for name, unit in RESULT_UNITS.items() if name in values}
         return values | {"scenario": dataclasses.asdict(self.scenario), "units": units}
 

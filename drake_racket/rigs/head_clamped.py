@@ -26,7 +26,7 @@ from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.racket import RACKETS, TENSIONS
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.impact import ImpactResult
-from drake_racket.sweep.outputs import CONTACT_TIME, REBOUND_SPEED, RESTITUTION, Output
+from drake_racket.results.outputs import CONTACT_TIME, REBOUND_SPEED, RESTITUTION, Output
 from drake_racket.sweep.run import run_grid
 from drake_racket.sweep.spec import make_sweep
 

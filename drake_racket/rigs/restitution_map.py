@@ -19,7 +19,7 @@ from drake_racket.io.progress import Report
 from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.parameters.racket import RACKETS
 from drake_racket.parameters.scenario import Scenario
-from drake_racket.sweep.outputs import USUAL, VIBRATION
+from drake_racket.results.outputs import USUAL, VIBRATION
 from drake_racket.sweep.run import run_grid
 from drake_racket.sweep.spec import make_sweep
 

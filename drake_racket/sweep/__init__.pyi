@@ -1,8 +1,6 @@
 from .cases import make_plan as make_plan
 from .export import export_sweep as export_sweep
 from .export import flat as flat
-from .outputs import OUTPUTS as OUTPUTS
-from .outputs import Output as Output
 from .run import SweepStopped as SweepStopped
 from .run import run_grid as run_grid
 from .run import run_sweep as run_sweep

@@ -28,11 +28,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_racket.cases.keys import NUMBER, SWITCH, Key, Value, find_key
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import as_number
 from drake_racket.io.units import measure
 from drake_racket.parameters.scenario import Scenario
-from drake_racket.sweep.keys import NUMBER, SWITCH, Key, Value, find_key
 
 MOST_CASES = 1_000_000
 DESIGNS = ("sobol", "latin_hypercube")

@@ -9,8 +9,8 @@ from typing import Any
 from drake_racket.cases.case import resolve
 from drake_racket.io.errors import InputError, one_line
 from drake_racket.parameters.scenario import Scenario
+from drake_racket.results.outputs import Output
 from drake_racket.sweep.identity import file_hashes, named_files, scenario_hash
-from drake_racket.sweep.outputs import Output
 from drake_racket.sweep.spec import Sweep
 
 

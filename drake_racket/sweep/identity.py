@@ -9,7 +9,7 @@ from typing import Any
 
 from drake_racket.io.fingerprint import as_text, code_of, computation, digest
 from drake_racket.parameters.scenario import Scenario
-from drake_racket.sweep.outputs import OUTPUTS, Output
+from drake_racket.results.outputs import OUTPUTS, Output
 from drake_racket.sweep.spec import Sweep
 
 

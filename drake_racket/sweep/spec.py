@@ -20,14 +20,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from drake_racket.cases.case import check_scenario, load_scenario, resolve
+from drake_racket.cases.keys import Key, Value, with_settings, with_values
 from drake_racket.io.errors import InputError
 from drake_racket.io.schema import Number, Schema, Whole, read, shown
 from drake_racket.io.yaml_files import parse_tree, read_text
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.results.formats import check_format
+from drake_racket.results.outputs import OUTPUTS, USUAL_OUTPUTS, Output, find_outputs
 from drake_racket.sweep.axes import MOST_CASES, SweepAxis, make_axis
-from drake_racket.sweep.keys import Key, Value, with_settings, with_values
-from drake_racket.sweep.outputs import OUTPUTS, USUAL_OUTPUTS, Output, find_outputs
 
 MAX_BYTES = 20_000_000  # rows of a large design; this stops a wrong file early
 _TAKEN = ("case", "status", "failure", "scenario_hash", "sweep")

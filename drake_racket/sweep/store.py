@@ -25,8 +25,8 @@ from typing import Any
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import meant_for
 from drake_racket.results.formats import FORMATS
+from drake_racket.results.outputs import Output
 from drake_racket.store import OtherComputation, Store, StoreReader, lock_file
-from drake_racket.sweep.outputs import Output
 from drake_racket.sweep.worker import CaseOutcome
 
 FILE = "sweep.sqlite"

@@ -19,9 +19,9 @@ from drake_racket.io.fingerprint import as_text, computation, difference
 from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.results.impact import ImpactResult, make_result
+from drake_racket.results.outputs import Output, read_outputs
 from drake_racket.simulation import simulate
 from drake_racket.sweep.identity import file_hashes
-from drake_racket.sweep.outputs import Output, read_outputs
 
 if TYPE_CHECKING:
     import xarray

@@ -18,6 +18,7 @@ from drake_racket.plots.rigs.restitution import (
     restitution_over_speed,
 )
 from drake_racket.plots.rigs.static_stiffness import stiffness_figure
+from drake_racket.results.outputs import RESTITUTION
 from drake_racket.rigs.head_clamped import (
     ANGLE_READINGS,
     STROKES,
@@ -28,7 +29,6 @@ from drake_racket.rigs.head_clamped import (
 from drake_racket.rigs.restitution_map import along_axis, axis_offsets, restitution_map
 from drake_racket.rigs.static_stiffness import mean_difference, stiffness_dataset
 from drake_racket.simulation import simulate
-from drake_racket.sweep.outputs import RESTITUTION
 from drake_racket.sweep.run import run_grid
 from drake_racket.sweep.spec import make_sweep
 from drake_racket.validation.outcome import Plan, SectionResult

@@ -8,8 +8,8 @@ import json
 import pytest
 
 import drake_racket as dr
+from drake_racket.cases.keys import with_settings
 from drake_racket.sweep import load_sweep
-from drake_racket.sweep.keys import with_settings
 
 
 def test_units_and_settings_of_an_impact(run_well, tmp_path):

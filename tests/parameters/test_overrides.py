@@ -26,8 +26,8 @@ from drake_racket.parameters.quantities import sourced_fields
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS, racket_properties
 from drake_racket.plant.racket import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
+from drake_racket.results.outputs import REBOUND_SPEED
 from drake_racket.sweep import make_sweep, run_grid
-from drake_racket.sweep.outputs import REBOUND_SPEED
 from tests.conftest import BED, clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 

@@ -11,7 +11,7 @@ import xarray
 
 from drake_racket import Scenario, load_racket, simulate
 from drake_racket.parameters.scenario import IntegratorSettings
-from drake_racket.sweep.outputs import VIBRATION, handle_ringing
+from drake_racket.results.outputs import VIBRATION, handle_ringing
 from tests.conftest import clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 from tests.oracles.two_body import free_free_frequency

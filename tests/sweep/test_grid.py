@@ -7,10 +7,10 @@ import json
 import numpy as np
 import pytest
 
-from drake_racket import ImpactResult, InputError, Scenario, SimulationError, simulate
+from drake_racket import ImpactResult, InputError, Output, Scenario, SimulationError, simulate
 from drake_racket.io.progress import Progress
-from drake_racket.sweep import Output, make_sweep, run_grid
-from drake_racket.sweep.outputs import REBOUND_SPEED, RESTITUTION, USUAL
+from drake_racket.results.outputs import REBOUND_SPEED, RESTITUTION, USUAL
+from drake_racket.sweep import make_sweep, run_grid
 from tests.conftest import clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 

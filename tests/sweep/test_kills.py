@@ -20,8 +20,8 @@ import pytest
 from drake_racket import Scenario
 from drake_racket.io.fingerprint import as_text, computation
 from drake_racket.pool import MOST_DEATHS
+from drake_racket.results.outputs import find_outputs
 from drake_racket.sweep import SweepStopped, make_sweep, run_sweep
-from drake_racket.sweep.outputs import find_outputs
 from drake_racket.sweep.runner import _run_in_pool
 from drake_racket.sweep.worker import CaseOutcome, CaseSettings, CaseTask
 

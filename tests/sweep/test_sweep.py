@@ -18,23 +18,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from drake_racket import InputError, IntegratorSettings, Scenario, SimulationError, simulate
+from drake_racket import (
+    OUTPUTS,
+    InputError,
+    IntegratorSettings,
+    Scenario,
+    SimulationError,
+    simulate,
+)
+from drake_racket.cases.keys import NUMBER, scenario_keys
 from drake_racket.cli.sweep import sweep as sweep_command
 from drake_racket.io.files import replace_file
 from drake_racket.io.fingerprint import computation, difference
 from drake_racket.io.progress import Progress
-from drake_racket.sweep import (
-    OUTPUTS,
-    SweepStopped,
-    flat,
-    load_sweep,
-    make_sweep,
-    parse_sweep,
-    run_sweep,
-)
+from drake_racket.results.outputs import find_outputs
+from drake_racket.sweep import SweepStopped, flat, load_sweep, make_sweep, parse_sweep, run_sweep
 from drake_racket.sweep.cases import make_plan
-from drake_racket.sweep.keys import NUMBER, scenario_keys
-from drake_racket.sweep.outputs import find_outputs
 from drake_racket.sweep.worker import CaseSettings, CaseTask, DifferentWorker, run_case
 from tests.conftest import ROOT, clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle

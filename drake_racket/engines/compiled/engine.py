@@ -41,6 +41,23 @@ _SHARE_OF_TOTALS = 0.02
 
 
 @dataclass(frozen=True)
+class Samples:
+    """Samples are what a run kept, at its start and after each step (n).
+
+    Attributes:
+        values: (n, 1 + size) time, and state [q; v; totals].
+        records: (n, contacts, 15) of `laws.phases`.
+        steps, evaluations: of the integrator.
+
+    """
+
+    values: Array
+    records: Array
+    steps: int
+    evaluations: int
+
+
+@dataclass(frozen=True)
 class Start:
     """A start is one case, ready to run.
 
@@ -120,11 +137,20 @@ class CompiledImpact:
 
     def run_from(self, case: Case, start: Start, *, every_sample: bool = True) -> Trajectory:
         """Runs one case from its start."""
+        return self.trajectory(start, self.samples(case, start), every_sample=every_sample)
+
+    def samples(self, case: Case, start: Start, longest: float | None = None) -> Samples:
+        """Integrates one case from its start, with steps of at most `longest` (s).
+
+        Raises:
+            SimulationError: it could not be finished.
+
+        """
         settings, scenario = case.scenario.integrator, case.scenario
         ints, size = self.model.ints, len(start.y)
         end, room = scenario.approach_time + scenario.after, 1024
         while True:
-            y, records = start.y.copy(), _blank_records(ints)
+            y, records = start.y.copy(), blank_records(ints)
             samples, sampled = np.empty((room, 1 + size)), np.empty((room, *records.shape))
             count, steps, evaluations, how = run_case(
                 at.open_model(ints, start.floats),
@@ -132,7 +158,7 @@ class CompiledImpact:
                 records,
                 end,
                 SHARE_OF_ACCURACY * settings.accuracy,
-                settings.maximum_step,
+                settings.maximum_step if longest is None else longest,
                 settings.error_control,
                 start.scale,
                 samples,
@@ -145,20 +171,12 @@ class CompiledImpact:
             reason = "steps too short" if how == STUCK else "the state is not finite"
             time = samples[count - 1, 0]
             raise SimulationError(f"stopped at t = {time:.6g} s: {reason}")
-        return self._trajectory(
-            start, samples[:count].copy(), sampled[:count].copy(), steps, evaluations, every_sample
-        )
+        return Samples(samples[:count].copy(), sampled[:count].copy(), steps, evaluations)
 
-    def _trajectory(
-        self,
-        start: Start,
-        samples: Array,
-        records: Array,
-        steps: int,
-        evaluations: int,
-        every_sample: bool,
-    ) -> Trajectory:
+    def trajectory(self, start: Start, kept: Samples, *, every_sample: bool = True) -> Trajectory:
+        """Gives the trajectory of a run; the start's Context must still be that of its case."""
         system, ints = self.system, self.model.ints
+        samples, records = kept.values, kept.records
         states = samples[:, 1:]
         bodies = ints[at.POSITIONS] + ints[at.VELOCITIES]
         first = bodies + ints[at.ELEMENTS]
@@ -180,8 +198,8 @@ class CompiledImpact:
             contact=contact,
             totals=totals,
             motion=self._motion(start, moving[chosen], records[chosen], chosen),
-            steps=steps,
-            evaluations=evaluations,
+            steps=kept.steps,
+            evaluations=kept.evaluations,
             engine="compiled",
             element=states[:, bodies:first],
         )
@@ -251,7 +269,8 @@ def more_room(room: int, time: float) -> int:
     return 4 * room
 
 
-def _blank_records(ints: NDArray[np.int64]) -> Array:
+def blank_records(ints: NDArray[np.int64]) -> Array:
+    """Gives the records of contacts before a run."""
     size = SURFACE_SIZE if ints[at.ELEMENTS] else SIZE
     records = np.zeros((ints[at.CONTACTS], size))
     records[:, [TOUCH, RELEASE]] = np.nan

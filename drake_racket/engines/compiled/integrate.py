@@ -111,7 +111,8 @@ def take(
 
 
 @compilable
-def _new_work(model: Any, size: int) -> Any:
+def new_work(model: Any, size: int) -> Any:
+    """Gives the work arrays of a run, in the order of `take`."""
     nv = model[at.HEAD][at.VELOCITIES]
     return (
         np.zeros(3),
@@ -129,7 +130,7 @@ def _new_work(model: Any, size: int) -> Any:
 
 
 @compilable
-def _split_friction(model: Any, which: int, records: Any, s: Any, nq: int, slid: float) -> None:
+def split_friction(model: Any, which: int, records: Any, s: Any, nq: int, slid: float) -> None:
     """Prepares the steps in contact: what `linearise` writes, and how fast that changes.
 
     Args:
@@ -217,7 +218,7 @@ def integrate(
 
     """
     nq, size, contacts = model[at.HEAD][at.POSITIONS], len(y), len(records)
-    s = _new_work(model, size)
+    s = new_work(model, size)
     origin, w, leaves, tau, k = s[0], s[1], s[2], s[3], s[4]
     new, gaps, slopes = np.empty(size), np.ones((2, 2 * contacts)), np.zeros((2, contacts))
     time, count, steps, evaluations = 0.0, 0, 0, 0
@@ -245,7 +246,7 @@ def integrate(
             evaluations += 1
         stiff = stiff_contact(records)
         if stiff >= 0:
-            _split_friction(model, stiff, records, s, nq, slid)
+            split_friction(model, stiff, records, s, nq, slid)
         for i in range(contacts):
             gap, slope, turn = watched(model, i, y, records, w, leaves)
             gaps[0, i], slopes[0, i], gaps[0, contacts + i] = gap, slope, turn

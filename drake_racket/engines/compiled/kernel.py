@@ -26,7 +26,7 @@ from drake_racket.laws import contact, limits, phases, places, strings, totals
 from drake_racket.laws import surface as surface_law
 from drake_racket.laws.compilation import compiled, sources_stamp
 
-_STAMP = sources_stamp(
+SOURCES = (
     integrate,
     steps,
     events,
@@ -46,12 +46,13 @@ _STAMP = sources_stamp(
     strings,
     totals,
 )
+"""Modules that decide the numbers of a run."""
 
 
-def _entry(law: Callable[..., Any]) -> Callable[..., Any]:
+def entry(law: Callable[..., Any], stamp: int) -> Callable[..., Any]:
     """Compiles a copy of `law` that has the stamp among what it closes over."""
     code = law.__code__.replace(co_freevars=(*law.__code__.co_freevars, "stamp"))
-    cell = types.CellType(_STAMP)
+    cell = types.CellType(stamp)
     copy = types.FunctionType(
         code, law.__globals__, law.__name__, law.__defaults__, (*(law.__closure__ or ()), cell)
     )
@@ -59,7 +60,8 @@ def _entry(law: Callable[..., Any]) -> Callable[..., Any]:
     return compiled(copy, nogil=True)
 
 
-run_case = _entry(integrate.integrate)
-see_motion = _entry(observe.observe_motion)
-see_contact = _entry(observe.observe_contact)
-evaluate = _entry(rates.rates)
+_STAMP = sources_stamp(*SOURCES)
+run_case = entry(integrate.integrate, _STAMP)
+see_motion = entry(observe.observe_motion, _STAMP)
+see_contact = entry(observe.observe_contact, _STAMP)
+evaluate = entry(rates.rates, _STAMP)

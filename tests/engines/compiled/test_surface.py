@@ -9,7 +9,15 @@ import pytest
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
 
-from drake_racket import IntegratorSettings, Scenario, make_impact_diagram, resolve, run_drake
+from drake_racket import (
+    IntegratorSettings,
+    Scenario,
+    make_impact_diagram,
+    resolve,
+    run_drake,
+    simulate,
+)
+from drake_racket.cases.keys import find_key, number_of, with_values
 from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.engine import CompiledImpact
 from drake_racket.laws.contact import CONTACT
@@ -26,6 +34,7 @@ from drake_racket.laws.surface import (
     WEIGHT_0,
 )
 from drake_racket.results.impact import make_result
+from drake_racket.results.outputs import OUTPUTS
 from tests.conftest import free_parameters
 from tests.engines.compiled.helpers import rates_at
 from tests.oracles.free_racket import FreeRacketState
@@ -340,3 +349,29 @@ def test_the_order_is_kept_through_grip_and_slide(model):
     changes = {"incidence_deg": 17.0, "speed": 31.0}
     coarse, fine = errors(model, changes, (1.6e-4, 4e-5))
     assert np.log(coarse / fine) / np.log(4.0) > 4.0
+
+
+@pytest.mark.parametrize(
+    "key",
+    ["ball.surface.tangential_damping", "racket.friction.coefficients.mu1", "spin_rpm", "offset_x"],
+)
+def test_exact_derivatives_are_those_of_differences(key):
+    """Through touch, the turns between gripping and sliding, and release."""
+    scenario = dataclasses.replace(
+        BASE, incidence_deg=40.0, spin_rpm=-1500.0, audit=False, integrator=TIGHT, **PLACES
+    )
+    found = simulate(scenario, derivatives=[key], history=False, engine="compiled")
+    assert 0.1 < found.sliding_fraction < 0.9
+    varied = find_key(key, scenario, "")
+    value = number_of(scenario, varied)
+    h = 1e-4 * abs(value)
+    ends = [
+        simulate(
+            with_values(scenario, {varied: value + s * h}, {}), history=False, engine="compiled"
+        )
+        for s in (1.0, -1.0)
+    ]
+    for name in ("spin_after_rpm", "rebound_speed", "sliding_fraction"):
+        one, two = (OUTPUTS[name].read(end) for end in ends)
+        difference = (one - two) / (2.0 * h)
+        assert found.derivatives.of(name, key) == pytest.approx(difference, rel=1e-5)

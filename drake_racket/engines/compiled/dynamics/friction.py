@@ -20,7 +20,7 @@ from drake_racket.engines.compiled.dynamics.forces import ball_motion, relative
 from drake_racket.engines.compiled.dynamics.layout import ACC, OWN, POS, SUB, VEL
 from drake_racket.engines.compiled.dynamics.motion import back, cross
 from drake_racket.engines.compiled.dynamics.solve import solve_free
-from drake_racket.laws.compilation import compilable
+from drake_racket.laws.compilation import compilable, finds_root
 from drake_racket.laws.contact import contact_partials
 from drake_racket.laws.phases import AT_BALL, CB, KB, POINT
 
@@ -219,6 +219,37 @@ def friction_at(x0: float, x1: float, normal: float, constants: Any) -> Any:
 
 
 @compilable
+def _closer(
+    x0: float, x1: float, s0: float, s1: float, h: float, inner: Any, normal: float, constants: Any
+) -> Any:
+    """One step of Newton's method towards w = s + h E phi(w), and its length (2)."""
+    f0, f1, a, b, d = friction_at(x0, x1, normal, constants)
+    r0 = x0 - s0 - h * (inner[0, 0] * f0 + inner[0, 1] * f1)
+    r1 = x1 - s1 - h * (inner[1, 0] * f0 + inner[1, 1] * f1)
+    m00 = 1.0 - h * (inner[0, 0] * a + inner[0, 1] * b)
+    m01 = -h * (inner[0, 0] * b + inner[0, 1] * d)
+    m10 = -h * (inner[1, 0] * a + inner[1, 1] * b)
+    m11 = 1.0 - h * (inner[1, 0] * b + inner[1, 1] * d)
+    determinant = m00 * m11 - m01 * m10
+    d0, d1 = (m11 * r0 - m01 * r1) / determinant, (m00 * r1 - m10 * r0) / determinant
+    return x0 - d0, x1 - d1, d0, d1
+
+
+@finds_root
+@compilable
+def _root(s0: float, s1: float, h: float, inner: Any, normal: float, constants: Any) -> Any:
+    """The root w of w = s + h E phi(w)."""
+    # from rest: the law bends towards its limit there, and Newton's method comes up from below
+    x0, x1 = 0.0, 0.0
+    size = constants[5]
+    for _ in range(50):
+        x0, x1, d0, d1 = _closer(x0, x1, s0, s1, h, inner, normal, constants)
+        if abs(d0) + abs(d1) <= 1e-14 * (size + abs(x0) + abs(x1)):
+            break
+    return x0, x1
+
+
+@compilable
 def solve_sliding(s0: float, s1: float, h: float, inner: Any, normal: float, constants: Any) -> Any:
     """Solves w = s + h E phi(w) for the sliding velocity w of a stage, by Newton's method.
 
@@ -226,22 +257,7 @@ def solve_sliding(s0: float, s1: float, h: float, inner: Any, normal: float, con
         phi(w) (N) and w (m/s), two numbers each.
 
     """
-    # from rest: the law bends towards its limit there, and Newton's method comes up from below
-    x0, x1 = 0.0, 0.0
-    size = constants[5]
-    for _ in range(50):
-        f0, f1, a, b, d = friction_at(x0, x1, normal, constants)
-        r0 = x0 - s0 - h * (inner[0, 0] * f0 + inner[0, 1] * f1)
-        r1 = x1 - s1 - h * (inner[1, 0] * f0 + inner[1, 1] * f1)
-        m00 = 1.0 - h * (inner[0, 0] * a + inner[0, 1] * b)
-        m01 = -h * (inner[0, 0] * b + inner[0, 1] * d)
-        m10 = -h * (inner[1, 0] * a + inner[1, 1] * b)
-        m11 = 1.0 - h * (inner[1, 0] * b + inner[1, 1] * d)
-        determinant = m00 * m11 - m01 * m10
-        d0, d1 = (m11 * r0 - m01 * r1) / determinant, (m00 * r1 - m10 * r0) / determinant
-        x0 -= d0
-        x1 -= d1
-        if abs(d0) + abs(d1) <= 1e-14 * (size + abs(x0) + abs(x1)):
-            break
+    x0, x1 = _root(s0, s1, h, inner, normal, constants)
+    x0, x1, _, _ = _closer(x0, x1, s0, s1, h, inner, normal, constants)
     f0, f1, _, _, _ = friction_at(x0, x1, normal, constants)
     return f0, f1, x0, x1

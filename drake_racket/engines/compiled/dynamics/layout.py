@@ -170,13 +170,17 @@ where the columns are counted."""
 
 
 def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
-    """Gives the tables of a model as views of its two vectors: integers, floats, then heads."""
+    """Gives the tables of a model as views of its two vectors: integers, floats, then heads.
+
+    Floats may have further axes, as lanes of their derivatives do: so have their tables then.
+    """
     tables, place = [], [HEADER, GLOBALS]
     for kind, counted, columns in _TABLES:
         count = int(ints[counted])
         shape = (count, columns) if columns > 0 else (-columns, count) if columns else (count,)
         end = place[kind] + int(np.prod(shape))
-        tables.append((ints, floats)[kind][place[kind] : end].reshape(shape))
+        flat = (ints, floats)[kind]
+        tables.append(flat[place[kind] : end].reshape(shape + flat.shape[1:]))
         place[kind] = end
     return (*tables, ints[:HEADER], floats[:GLOBALS])
 

@@ -168,6 +168,16 @@ def with_values(
     return scenario
 
 
+def number_of(scenario: Scenario, key: Key) -> float:
+    """Gives the number that a scenario has for a key.
+
+    Raises:
+        InputError: it has none.
+
+    """
+    return _numbers(scenario, [key])[key]
+
+
 def _numbers(scenario: Scenario, keys: Sequence[Key]) -> dict[Key, float]:
     """What `scenario` has for keys that are all of single springs, or none of them."""
     numbers = {key: _own_number(scenario, key) for key in keys if not key.parameter}
@@ -188,7 +198,7 @@ def _numbers(scenario: Scenario, keys: Sequence[Key]) -> dict[Key, float]:
 def _own_number(scenario: Scenario, key: Key) -> float:
     node: Any = scenario
     for part in key.name.split("."):
-        if isinstance(node, list):
+        if isinstance(node, (list, tuple)):
             node = node[_XYZ.index(part)]
         elif isinstance(node, dict):
             node = node.get(part)
