@@ -80,6 +80,7 @@ def test_what_a_log_lacks_is_said(run, history, tmp_path):
         "no energy",
         "no vibration",
         "no loads",
+        "no spin",
     ]
 
 
