@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drake_racket.cli import identify_bench
+from drake_racket.cli import identify_bench, identify_spin
 from drake_racket.cli.case_options import in_unit
 from drake_racket.cli.identify_options import (
     Ball,
@@ -43,7 +43,7 @@ app = typer.Typer(
     help="Fits parameters of racket and ball to measurements (CSV) and writes a parameter file.",
     no_args_is_help=True,
 )
-for command in (identify_bench.ball, identify_bench.frame):
+for command in (identify_bench.ball, identify_bench.frame, identify_spin.spin):
     app.command()(command)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drake_racket import InputError, load_ball, load_racket
+from drake_racket.cli import main
 from drake_racket.identify import expected_errors, fit_surface, read_spins
 from drake_racket.identify.ball.spins import SpinTable
 from drake_racket.identify.ball.surface import surface_problem
@@ -107,3 +108,30 @@ def test_bad_options_in_one_line():
     few = table_of([40.0], spins=(0.0,))
     with pytest.raises(InputError, match="1 for 3 numbers"):
         fit_surface(few, RACKET, BALL)
+
+
+def test_the_command_writes_files_that_load_with_the_fitted_numbers(tmp_path, monkeypatch, capsys):
+    table = table_of([20.0, 40.0, 60.0, 65.0])
+    rows = zip(table.incidence, table.spin, table.angle, table.spin_after, strict=True)
+    lines = ["speed [m/s],incidence [deg],spin [rpm],rebound_angle [deg],spin_after [rpm]"]
+    lines += [f"25,{a},{b},{c},{d}" for a, b, c, d in rows]
+    file, out = tmp_path / "spins.csv", tmp_path / "fit"
+    file.write_text("\n".join(lines) + "\n")
+    arguments = ["drake-racket", "identify", "spin", str(file), "--out", str(out)]
+    monkeypatch.setattr("sys.argv", arguments)
+    main()
+    said = capsys.readouterr().out
+    found = fit_surface(read_spins(file), RACKET, BALL)
+    assert f"{found.estimates['mu'].value:.4f}"[:5] in said
+    ball, racket = load_ball(out / "ball.yaml"), load_racket(str(out / "racket.yaml"))
+    assert ball.surface.tangential_stiffness.value == found.estimates["kt"].value
+    assert ball.surface.tangential_damping.status == "fitted"
+    assert ball.surface.flattening == BALL.surface.flattening
+    assert set(racket.friction_coefficients()) == {found.estimates["mu"].value}
+    assert "spins.csv" in ball.surface.tangential_damping.source
+    assert {p.name for p in out.iterdir()} >= {
+        "report.md",
+        "result.json",
+        "impacts.csv",
+        "spins.png",
+    }

@@ -375,3 +375,22 @@ def test_exact_derivatives_are_those_of_differences(key):
         one, two = (OUTPUTS[name].read(end) for end in ends)
         difference = (one - two) / (2.0 * h)
         assert found.derivatives.of(name, key) == pytest.approx(difference, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"support": "grip"},
+        {"support": "grip", "grip_kind": "weld"},
+        pytest.param({"support": "limb"}, marks=pytest.mark.slow),
+        pytest.param({"racket": "recreational", "point": "auto"}, marks=pytest.mark.slow),
+    ],
+    ids=str,
+)
+def test_every_support_in_both_engines(changes):
+    scenario = dataclasses.replace(BASE, incidence_deg=30.0, spin_rpm=-1000.0, **PLACES, **changes)
+    drake, ours = (simulate(scenario, engine=engine) for engine in ("drake", "compiled"))
+    np.testing.assert_allclose(ours.rebound_velocity, drake.rebound_velocity, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(ours.spin_after, drake.spin_after, rtol=0, atol=1e-2)
+    assert max(ours.energy_error, drake.energy_error) < 1e-4
+    assert ours.warnings == drake.warnings
