@@ -19,6 +19,7 @@ from drake_racket.io.yaml_files import dump_text, load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantities
 
 GRIPS = ("loose", "normal", "tight")
+"""Names of the shipped grips, for `load_grip`; all three are inferred."""
 
 GRIP_KINDS = ("compliant", "torsional", "weld")
 """Six spring-dampers; three torsional ones about a point that the hand holds; or rigid."""

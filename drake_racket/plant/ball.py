@@ -19,7 +19,16 @@ from drake_racket.plant.shapes import show_ball
 
 @dataclass(frozen=True, repr=False)
 class Ball:
-    """The Ball holds handles to a ball in a plant, made for one law of contact."""
+    """The Ball holds handles to a ball in a plant, made for one law of contact.
+
+    Attributes:
+        plant: that it is on.
+        parameters: of its file.
+        model_instance: of the plant.
+        body: free in the world.
+        contact: the law, `paper` or `surface`.
+
+    """
 
     plant: MultibodyPlant
     parameters: BallParameters

@@ -7,16 +7,36 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import Number, Schema, Text
+from drake_racket.io.schema import Number, OneOf, Schema, Text
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file
 
 TOLERANCE_KINDS = ("relative", "absolute")
+OWN = ("input", "fit", "closed form")
+"""What of the model's own a row compares it with: such rows could hardly fail."""
 
 
 @dataclass(frozen=True)
 class PublishedValue(Schema):
-    """A published value is one number or range; the head of data/published.yaml has the keys."""
+    """A published value is one number or range; the head of data/published.yaml has the keys.
+
+    Attributes:
+        key: of the row.
+        section: of the report.
+        quantity: what the number is, in words.
+        unit: of all its numbers.
+        source: where it is printed.
+        value: the number; None where there is a range.
+        low, high: ends of a range, either of which may be None.
+        tolerance: on the difference.
+        tolerance_kind: `relative` to the published value, or `absolute`.
+        tolerance_reason: why so much.
+        not_comparable: why no verdict is possible, where that is so.
+        depends_on: keys of the inferred values behind the model's number.
+        own: what of the model's own the row compares it with, one of OWN; empty for a measurement.
+        note: one line that the report prints beside the verdict.
+
+    """
 
     key: Text = ""
     section: Text = ""
@@ -31,6 +51,7 @@ class PublishedValue(Schema):
     tolerance_reason: Text = ""
     not_comparable: Text = ""
     depends_on: tuple[Text, ...] = ()
+    own: Annotated[str, OneOf("", *OWN)] = ""
     note: Text = ""
 
 

@@ -79,8 +79,8 @@ def test_what_a_log_lacks_is_said(run, history, tmp_path):
         "no string_map",
         "no energy",
         "no vibration",
-        "no loads",
         "no spin",
+        "no loads",
     ]
 
 

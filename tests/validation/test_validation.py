@@ -24,6 +24,8 @@ from drake_racket.validation import SECTIONS, PublishedValue, compare, load_publ
 from drake_racket.validation.outcome import Plan
 from drake_racket.validation.report import inferred_values
 from drake_racket.validation.run import FILE, fingerprint
+from drake_racket.validation.summary import STUDIES
+from tests.conftest import ROOT
 
 ENTRY = PublishedValue("k", "static_stiffness", "q", "N", "s", value=100.0, note="n")
 NUMBERS = st.floats(-1e6, 1e6)
@@ -65,6 +67,7 @@ def test_the_papers_numbers_are_those_printed():
         ('unit: "N"\n    value: 1.0\n    tolerance_kind: rough', "relative, absolute"),
         ('unit: "N"\n    value: 1.0\n    tolerance_reason: ""', "a reason"),
         ('unit: "N"\n    value: 1.0\n    verdict: agrees', "unknown key"),
+        ('unit: "N"\n    value: 1.0\n    own: hope', "input, fit, closed form"),
         ('unit: "N"\n    value: .nan', "finite"),
     ],
 )
@@ -184,9 +187,14 @@ class _Page(HTMLParser):
         super().__init__()
         self.rows = 0
         self.pictures: list[str] = []
+        self.links: set[str] = set()
+        self.names: set[str] = set()
 
     def handle_starttag(self, tag, attrs):
         self.rows += tag == "tr"
+        self.names |= {value for key, value in attrs if key == "id"}
+        if tag == "a":
+            self.links.add(dict(attrs)["href"])
         if tag == "img":
             self.pictures.append(dict(attrs)["src"])
 
@@ -201,10 +209,33 @@ def test_pages_hold_every_row_and_their_pictures_exist(finished):
     page = _Page()
     page.feed((out / "report.html").read_text())
     inferred = {key for row in rows for key in row.published.depends_on}
-    assert page.rows == len(rows) + len(inferred) + 3  # and three heads
+    tables = 5  # kinds of rows, contents, two sections, what is inferred; each with a head
+    kinds = {row.published.own for row in rows}
+    assert page.rows == len(rows) + len(inferred) + len(kinds) + 2 + tables
+    assert page.links <= {f"#{name}" for name in page.names}
+    assert "#command-force_plate" in page.links
     assert page.pictures
     for picture in page.pictures:
         assert (out / picture).stat().st_size > 10_000
+
+
+def test_rows_that_could_have_failed_are_counted_apart(finished):
+    out, rows, _ = finished
+    able = [row for row in rows if not row.published.own]
+    assert len(able) == 4  # the drop test, and three of the pressed bed
+    failed = sum(row.verdict == "differs" for row in able)
+    text = (out / "report.md").read_text()
+    assert f"**{len(able) - failed} agree and {failed} differ**" in text
+    line = next(line for line in text.splitlines() if line.startswith("| a number that had"))
+    assert line.endswith("| 3 | 3 | 0 | 0 |")
+    section = next(line for line in text.splitlines() if line.startswith("| [Ball on a force"))
+    assert section.endswith("| 0 | 1 | 6 | 0 |")
+
+
+def test_the_commands_of_the_rows_are_there():
+    for section, command in STUDIES.items():
+        assert section in SECTIONS
+        assert (ROOT / command.split()[1]).is_file()
 
 
 def test_data_opens_with_units(finished):

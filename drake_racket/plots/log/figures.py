@@ -92,6 +92,6 @@ LOG_FIGURES = (
     LogFigure("string_map", string_map_figure, _no_strings),
     LogFigure("energy", energy_figure, _no_energy),
     LogFigure("vibration", vibration_figure, _no_acceleration),
-    LogFigure("loads", loads_figure, _no_loads),
     LogFigure("spin", spin_figure, _no_spin),
+    LogFigure("loads", loads_figure, _no_loads),
 )

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from drake_racket.cli.identify_options import (
+from drake_racket.cli.identify.options import (
     Ball,
     Begin,
     Fresh,
@@ -20,7 +20,7 @@ from drake_racket.cli.identify_options import (
     Tension,
     Workers,
 )
-from drake_racket.cli.identify_run import names, numbers, prepare, running, show, today
+from drake_racket.cli.identify.run import names, numbers, prepare, running, show, today
 
 
 def spin(
