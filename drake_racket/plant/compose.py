@@ -39,7 +39,8 @@ from drake_racket.plant.contacts import (
     surface_bodies,
     surface_model,
 )
-from drake_racket.plant.racket import Racket, string_bed_model, string_coordinates
+from drake_racket.plant.racket import Racket
+from drake_racket.plant.string_bed import string_bed_model, string_coordinates
 from drake_racket.plant.systems.ball_contact import BallContact
 from drake_racket.plant.systems.string_bed import StringBed
 from drake_racket.plant.systems.surface_contact import SurfaceContact

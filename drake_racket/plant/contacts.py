@@ -10,7 +10,8 @@ from drake_racket.laws.surface import CONTACTS, SurfaceModel
 from drake_racket.parameters.ball import BallParameters, surface_of
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.ball import Ball, ball_law
-from drake_racket.plant.racket import Racket, string_coordinates
+from drake_racket.plant.racket import Racket
+from drake_racket.plant.string_bed import string_coordinates
 from drake_racket.plant.systems.surface_contact import SurfaceBodies
 
 
@@ -64,13 +65,13 @@ def surface_bodies(racket: Racket, ball: Ball) -> SurfaceBodies:
     bed = racket.parameters.string_bed
     x, y = bed.spacing.value * racket.parameters.bed_topology().places[0]
     axes = X_HS.rotation().matrix()
-    at = string_coordinates(racket)
+    at, count = string_coordinates(racket), len(racket.string_joints)
     return SurfaceBodies(
         ball=int(ball.body.index()),
         head=int(first.body().index()),
         strings=tuple(int(b.index()) for b in racket.string_masses),
-        positions=at.positions,
-        velocities=at.num_positions + at.velocities,
+        positions=at.positions[:count],
+        velocities=at.num_positions + at.velocities[:count],
         axes=axes,
         centre=X_HS.translation() - axes @ np.array([x, y, 0.0]),
     )

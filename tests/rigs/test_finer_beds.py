@@ -9,7 +9,7 @@ import pytest
 
 from drake_racket import InputError, Scenario, finer_bed, load_racket, make_impact_diagram, resolve
 from drake_racket.engines.compiled.engine import CompiledImpact
-from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
 from drake_racket.results.impact import make_result
 from drake_racket.rigs import calibrated_bed, convergence, place_deflection

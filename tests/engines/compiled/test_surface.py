@@ -382,6 +382,7 @@ def test_exact_derivatives_are_those_of_differences(key):
     [
         {"support": "grip"},
         {"support": "grip", "grip_kind": "weld"},
+        {"overrides": {"racket.frame.segments": 4.0}},
         pytest.param({"support": "limb"}, marks=pytest.mark.slow),
         pytest.param({"racket": "recreational", "point": "auto"}, marks=pytest.mark.slow),
     ],
