@@ -21,8 +21,10 @@ from drake_racket.engines.compiled.dynamics import (
     observe,
     rates,
     solve,
+    surface,
 )
-from drake_racket.laws import contact, limits, phases, strings, totals
+from drake_racket.laws import contact, limits, phases, places, strings, totals
+from drake_racket.laws import surface as surface_law
 from drake_racket.laws.compilation import compiled, sources_stamp
 
 SOURCES = (
@@ -37,6 +39,9 @@ SOURCES = (
     observe,
     rates,
     solve,
+    surface,
+    surface_law,
+    places,
     contact,
     limits,
     phases,

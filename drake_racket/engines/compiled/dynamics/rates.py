@@ -1,6 +1,7 @@
 """Computes the rates of a model's state: positions, velocities, and what is lost on the way.
 
-The state y is [q; v; totals]: no totals, nine of `laws.totals`, or twelve with a limb.
+The state y is [q; v; elements; totals]: two elements for each contact surface; no totals, nine of
+`laws.totals`, or twelve with a limb.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from drake_racket.engines.compiled.dynamics.forces import (
 from drake_racket.engines.compiled.dynamics.layout import VEL
 from drake_racket.engines.compiled.dynamics.motion import back, move_leaves, move_nodes
 from drake_racket.engines.compiled.dynamics.solve import leaves_in, leaves_out, nodes_in, nodes_out
+from drake_racket.engines.compiled.dynamics.surface import is_surface, surface_contact
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, contact_powers
 from drake_racket.laws.limits import limit_losses
@@ -146,7 +148,7 @@ def rates(
     """
     nodes, leaf_ints = model[at.NODE_ROWS], model[at.LEAF_ROWS]
     nq, nv = model[at.HEAD][at.POSITIONS], model[at.HEAD][at.VELOCITIES]
-    first = nq + nv
+    first = nq + nv + model[at.HEAD][at.ELEMENTS]
     audit = len(y) > first
     move(model, y, nq, origin, w, leaves)
     joint_forces(nodes, model[at.NODE_NUMBERS], y, nq, model[at.TORQUES], tau)
@@ -171,11 +173,13 @@ def rates(
         model[at.HEAD][at.GRIP_BUSHING],
         model[at.HEAD][at.WRIST_BUSHING],
     )
-    if audit:
-        for k in range(first, len(y)):
-            f[k] = 0.0
+    for k in range(nq + nv, len(y)):
+        f[k] = 0.0
     for i in range(len(model[at.CONTACT_ROWS])):
         if records[i, PHASE] != CONTACT:
+            continue
+        if is_surface(model, i):
+            surface_contact(model, i, y, records[i], w, leaves, f, audit and i == 0)
             continue
         c, n, record = model[at.CONTACT_ROWS][i], model[at.CONTACT_NUMBERS][i], records[i]
         head = leaf_ints[c[at.LEAF_0], 0]
@@ -194,8 +198,8 @@ def rates(
                 f[first + IMPULSE_AT + k] = on_ball[k]
     leaves_in(leaf_ints, model[at.LEAF_NUMBERS], w, leaves, tau)
     nodes_in(nodes, model[at.NODE_NUMBERS], w, tau)
-    nodes_out(nodes, model[at.NODE_NUMBERS], w, tau, f[nq:first])
-    leaves_out(leaf_ints, model[at.LEAF_NUMBERS], w, leaves, f[nq:first])
+    nodes_out(nodes, model[at.NODE_NUMBERS], w, tau, f[nq : nq + nv])
+    leaves_out(leaf_ints, model[at.LEAF_NUMBERS], w, leaves, f[nq : nq + nv])
     rates_of_positions(nodes, y, nq, leaf_ints, f)
     if audit:
         losses, damping = model[at.FRAME_PLACES], model[at.FRAME_DAMPING]
