@@ -18,6 +18,7 @@ from drake_racket.parameters.quantities import (
     Quantities,
     Quantity,
 )
+from manual.meanings import MEANINGS
 from manual.shared_names import one_name_a_line
 from manual.tables import code, table, unit
 
@@ -46,7 +47,7 @@ def schema_table(schema: type, *, prefix: str = "", linked: tuple[str, ...] | No
                 unit(measured_in),
                 allowed,
                 _default(field),
-                descriptions(schema).get(field.name, ""),
+                descriptions(schema).get(field.name) or MEANINGS.get(field.name, ""),
             )
         )
     return table(("key", "unit", "allowed", "default", "what"), rows)

@@ -135,8 +135,9 @@ class Scenario(Schema):
             at touch.
         offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre), along
             the racket and across it.
-        speed: of the ball, in the world.  incidence_deg: from the normal of the strings.
-            azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
+        speed: of the ball, in the world.
+        incidence_deg: from the normal of the strings.
+        azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
         approach_time: flight before touch.  after: time simulated from touch on.
         gravity: in the world; that is the racket's initial frame R but where a limb holds it.
         time_step: 0 for a continuous plant, else the step of a discrete one.

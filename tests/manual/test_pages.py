@@ -76,12 +76,22 @@ def test_the_reference_lists_every_output_and_every_key_of_an_impact():
 
 
 def test_the_reference_of_files_has_units_limits_and_meanings():
-    from drake_racket import LimbSettings, Scenario
+    from drake_racket import (
+        BallParameters,
+        GripStiffness,
+        LimbSettings,
+        RacketParameters,
+        Scenario,
+    )
     from manual.schemas import schema_table
 
     text = schema_table(Scenario)
     assert "| `speed` | m/s | 0.1 to 100 | `25.0` | of the ball, in the world |" in text
     assert "| `support` |  | `free`, `clamped_head`," in text
+    assert "| `azimuth_deg` | degrees |" in text
+    for schema in (Scenario, LimbSettings, RacketParameters, BallParameters, GripStiffness):
+        lines = [line for line in schema_table(schema).splitlines() if line.startswith("| `")]
+        assert [line for line in lines if line.endswith("|  |")] == []  # each says what it is
     assert "| `limb.mass` | kg | 0 to 300 |" in schema_table(LimbSettings, prefix="limb.")
 
 
