@@ -1,4 +1,4 @@
-"""Says what keys of the racket, ball and grip files are where their schemas leave it to the name."""
+"""Says what keys of racket, ball and grip files are, where their schemas leave it to the name."""
 
 from __future__ import annotations
 
