@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drake_racket.laws.contact import ball_constants
 from drake_racket.parameters.scenario import Scenario
-from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.string_bed import string_bed_model
 
 
 @dataclass(frozen=True)

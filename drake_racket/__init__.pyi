@@ -57,9 +57,14 @@ from .optimise import optimise_impacts as optimise_impacts
 from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
 from .parameters.ball import load_ball as load_ball
+from .parameters.frame import JOINT_READINGS as JOINT_READINGS
+from .parameters.frame import FrameDistribution as FrameDistribution
 from .parameters.frame import FrameJoint as FrameJoint
+from .parameters.frame import FrameSegment as FrameSegment
 from .parameters.grip import GRIPS as GRIPS
+from .parameters.grip import HANDS as HANDS
 from .parameters.grip import GripStiffness as GripStiffness
+from .parameters.grip import HandBody as HandBody
 from .parameters.grip import load_grip as load_grip
 from .parameters.grip import write_grip as write_grip
 from .parameters.limb import JOINTS as JOINTS
@@ -72,7 +77,6 @@ from .parameters.overrides import ParameterKey as ParameterKey
 from .parameters.overrides import apply_overrides as apply_overrides
 from .parameters.overrides import parameter_keys as parameter_keys
 from .parameters.quantities import Quantity as Quantity
-from .parameters.racket import JOINT_READINGS as JOINT_READINGS
 from .parameters.racket import RACKETS as RACKETS
 from .parameters.racket import TENSIONS as TENSIONS
 from .parameters.racket import AddedMass as AddedMass
@@ -102,7 +106,7 @@ from .plant.racket import Racket as Racket
 from .plant.racket import add_racket as add_racket
 from .plant.racket import find_racket as find_racket
 from .plant.racket import set_racket_inertia as set_racket_inertia
-from .plant.racket import string_bed_model as string_bed_model
+from .plant.string_bed import string_bed_model as string_bed_model
 from .plant.supports import add_supported_racket as add_supported_racket
 from .plant.systems.ball_contact import BallContact as BallContact
 from .plant.systems.ball_contact import BallContact_ as BallContact_

@@ -18,7 +18,7 @@ from drake_racket.io.signals import Signal
 from drake_racket.laws.bed import grid_topology
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.racket import RacketParameters, load_racket
-from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.string_bed import string_bed_model
 from tests.oracles.clamped_impact import ClampedImpact
 from tests.oracles.free_racket import FreeRacketParams
 

@@ -24,7 +24,7 @@ from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, load_text
 from drake_racket.limbs.models import need_reader
 from drake_racket.parameters.ball import BallParameters
-from drake_racket.parameters.grip import GripStiffness
+from drake_racket.parameters.grip import HANDS, GripStiffness
 from drake_racket.parameters.limb import UpperLimbParameters, load_upper_limb
 from drake_racket.parameters.overrides import check_known, parameter_keys, plain_overrides
 from drake_racket.parameters.racket import RacketParameters
@@ -78,6 +78,7 @@ class Case:
             bed.rim_semi_axis_x,  # within which the contact looks for a touch
             bed.rim_semi_axis_y,
             self.ball.radius,
+            *([self.grip.hand.place] if self.grip.hand is not None else []),
         )
         held = scenario.support in ("grip", "limb")
         return (
@@ -89,6 +90,7 @@ class Case:
             tuple(scenario.gravity),
             scenario.audit,
             tuple(quantity.value for quantity in lengths),
+            tuple((joint.name, joint.place) for joint in racket.frame_joints()),
             tuple(sorted(bed.springs.value.items())),
             (len(bed.stiffness.value), len(bed.rim_factors.value), bed.columns, bed.rows),
         )
@@ -120,6 +122,7 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
         stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
         check_known(stray, parameter_keys(racket, ball, grip))
         _check_grip_overrides(scenario, where)
+    _check_hand(scenario, grip, where)
     points = [*map(str, racket.bed_topology().points), "auto"]
     if scenario.point not in points:
         raise InputError(f"{where}: point", scenario.point, ", ".join(points))
@@ -127,6 +130,12 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
     limb, limb_hash = None, ""
     if scenario.support == "limb":
         settings = scenario.limb
+        if settings.activation > 0.0 and settings.model != "upper_limb":
+            raise InputError(
+                f"{where}: limb.activation",
+                settings.activation,
+                "0 with another limb than upper_limb, whose muscles are not known",
+            )
         if settings.model == "upper_limb":
             limb = load_upper_limb(mass=settings.mass or None, height=settings.height or None)
         elif Path(settings.model).is_file():
@@ -205,6 +214,14 @@ def _check_compiled(scenario: Scenario, where: str) -> None:
         )
 
 
+def _check_hand(scenario: Scenario, grip: GripStiffness, where: str) -> None:
+    """Refuses grip kind `hand` with a grip whose hand has no mass."""
+    held = scenario.support in ("grip", "limb") and scenario.grip_kind == "hand"
+    if held and grip.hand is None:
+        allowed = f"with grip_kind hand a grip whose hand has mass: {', '.join(HANDS)}"
+        raise InputError(f"{where}: grip", scenario.grip, allowed)
+
+
 def _check_grip_overrides(scenario: Scenario, where: str) -> None:
     """Refuses numbers of a grip that this support or kind of grip does not look at."""
     for key, value in scenario.overrides.items():
@@ -217,6 +234,11 @@ def _check_grip_overrides(scenario: Scenario, where: str) -> None:
             raise InputError(name, value, "no grip's numbers with grip_kind weld")
         if scenario.grip_kind == "torsional" and key.startswith("grip.force_"):
             raise InputError(name, value, "torques alone with grip_kind torsional")
+        if key.startswith("grip.hand."):
+            if scenario.grip_kind != "hand":
+                raise InputError(name, value, "a hand's mass and wrist with grip_kind hand alone")
+            if scenario.support == "limb":
+                raise InputError(name, value, "the palm's numbers: a limb's own hand has mass")
 
 
 def _check_aim(scenario: Scenario, racket: RacketParameters, where: str) -> None:

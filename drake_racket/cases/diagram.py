@@ -15,12 +15,14 @@ from drake_racket.cases.case import Case, resolve
 from drake_racket.io.errors import InputError
 from drake_racket.io.schema import shown
 from drake_racket.laws.phases import ContactModel
+from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.models import LimbBuilder
 from drake_racket.limbs.striking import (
     StrikingLimb,
     add_striking_limb,
     wire_striking_limb,
 )
+from drake_racket.limbs.torques import Muscles, add_muscles
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import Scenario
 from drake_racket.plant.ball import add_ball, set_ball_inertia
@@ -48,7 +50,8 @@ class ImpactDiagram:
     """The ImpactDiagram holds a built Diagram and the handles into it.
 
     The Diagram exports the outputs `contact_state`, `string_tension` and `string_deflection`, and
-    `hand_load` where a hand holds the racket (then there are `grip` and `grip_load`); with a limb
+    `hand_load` where a hand holds the racket (then there are `grip` and `grip_load`, and with a
+    hand that has mass `wrist_load`); with a limb
     also `joint_torques`, as an output, or as an input if they are a user's (then there is `limb`).
     Build one per topology (`Case.topology`) and take a new Context per case.
 
@@ -74,6 +77,7 @@ class ImpactDiagram:
     grip_load: Any | None = None
     limb: StrikingLimb | None = None
     probe: Any | None = None
+    wrist_load: Any | None = None
 
     def __repr__(self) -> str:
         """Shows the scenario that it was built for."""
@@ -128,6 +132,9 @@ class ImpactDiagram:
         if self.grip is not None:
             self.grip.set_stiffness(root, case.grip)
             set_grip_load_parameters(self.grip_load, self.grip, root)
+            wrist = self.grip.wrist_side()
+            if wrist is not None:
+                set_grip_load_parameters(self.wrist_load, wrist, root)
         if self.meter is not None:
             set_meter_parameters(self.meter, self.impact, root)
         self._set_initial_state(root, case.scenario, case.racket)
@@ -141,6 +148,8 @@ class ImpactDiagram:
         handle = self.impact.racket.handle
         if handle.is_floating_base_body():
             plant.SetFreeBodyPose(context, handle, _IDENTITY)
+        if self.grip is not None:
+            self.grip.rest(root)
         if self.limb is not None:
             assert self.grip is not None
             self.limb.set_state(root, self.impact.racket, self.grip, scenario.limb)
@@ -163,6 +172,15 @@ def _contact_model(case: Case) -> ContactModel:
         scenario.friction_reading,
         scenario.reaction_point,
     )
+
+
+def _muscles(plant: MultibodyPlant, body: Limb, case: Case, builder: LimbBuilder | None) -> Muscles:
+    """The muscles of the shipped limb; a caller's own has none that are known."""
+    if builder is not None or case.limb is None:
+        raise InputError(
+            "limb.activation", case.scenario.limb.activation, "0 with a limb of the caller's"
+        )
+    return add_muscles(plant, body, case.limb)
 
 
 def make_impact_diagram(
@@ -192,13 +210,17 @@ def make_impact_diagram(
     builder = DiagramBuilder()
     plant = builder.AddNamedSystem("plant", MultibodyPlant(scenario.time_step))
     grip = None
-    body = None
+    body = muscles = None
     if scenario.support == "grip":
         racket, grip = add_hand_held_racket(plant, case.racket, case.grip, kind=scenario.grip_kind)
     elif scenario.support == "limb":
         body = add_striking_limb(plant, scenario.limb, limb, case.limb)
+        if scenario.limb.activation > 0.0:
+            muscles = _muscles(plant, body, case, limb)
         racket = add_racket(plant, case.racket)
-        grip = add_grip(plant, racket, body.hand, case.grip, kind=scenario.grip_kind)
+        grip = add_grip(
+            plant, racket, body.hand, case.grip, kind=scenario.grip_kind, carrier_is_hand=True
+        )
     else:
         racket = add_supported_racket(plant, case.racket, scenario.support)
     ball = add_ball(plant, case.ball)
@@ -224,11 +246,19 @@ def make_impact_diagram(
             audit=scenario.audit,
             export_torques=export_torques,
             shipped=case.limb,
+            muscles=muscles,
         )
     others = striking.generalized_force_ports() if striking is not None else []
     connect_forces(builder, plant, [impact], generalized=others)
     grip_load = add_grip_load(builder, plant, grip) if grip is not None else None
-    meter = add_energy_meter(builder, plant, impact, grip_load) if scenario.audit else None
+    wrist = None if grip is None else grip.wrist_side()
+    wrist_load = None
+    if wrist is not None:
+        wrist_load = add_grip_load(builder, plant, wrist, name="wrist_load")
+    meter = None
+    if scenario.audit:
+        loads = [load for load in (grip_load, wrist_load) if load is not None]
+        meter = add_energy_meter(builder, plant, impact, loads)
     probe = builder.AddNamedSystem("step_probe", StepProbe())
     assert impact.contact is not None
     builder.ExportOutput(impact.contact.GetOutputPort("contact_state"), "contact_state")
@@ -242,5 +272,5 @@ def make_impact_diagram(
     if striking is not None and striking.torques.source is not None:
         builder.ExportOutput(striking.torques.source.get_output_port(), "joint_torques")
     return ImpactDiagram(
-        builder.Build(), plant, impact, meter, case, grip, grip_load, striking, probe
+        builder.Build(), plant, impact, meter, case, grip, grip_load, striking, probe, wrist_load
     )

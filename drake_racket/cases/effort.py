@@ -5,7 +5,7 @@ where it is not about one step in 3 rad, the stability limit of explicit schemes
 upper ones, from masses and stiffnesses of the parameters alone (rad/s):
 
 - a string mass on its four springs, at a slope of 0.2, and on the ball: sqrt(k / m), c / m;
-- a joint of the frame between the two parts: sqrt(k / I), d / I with 1/I = 1/I_head + 1/I_handle;
+- a joint of the frame between two segments a and b: sqrt(k / I), d / I with 1/I = 1/I_a + 1/I_b;
 - the racket on a hand's springs: sqrt(k / m), sqrt(k / I), and their dampers.
 """
 
@@ -126,21 +126,20 @@ def _strings(case: Case) -> list[Rate]:
 
 def _frame(case: Case) -> list[Rate]:
     racket, found = case.racket, []
+    segments = racket.frame_segments()
     for joint in racket.frame_joints():
         inertias = []
-        for part, arm in (
-            (racket.handle, racket.handle.length.value - racket.handle.com.value),
-            (racket.head, racket.head.com.value),
-        ):
-            moments = part.moi_longitudinal, part.moi_transverse, part.moi_frontal
-            own = moments[joint.axis_index].value
-            inertias.append(own + (joint.axis_index > 0) * part.mass.value * arm**2)
+        for segment in segments[joint.inner : joint.inner + 2]:
+            arm = segment.origin + segment.com - joint.place
+            own = segment.moments[joint.axis_index]
+            inertias.append(own + (joint.axis_index > 0) * segment.mass * arm**2)
         both = inertias[0] * inertias[1] / sum(inertias)
         name = joint.name.replace("_", " ")
         k, d = joint.stiffness, joint.damping
+        where = "the throat's" if len(segments) == 2 else "the frame's"
         found += [
-            Rate(math.sqrt(k / both), False, f"the throat's {name} stiffness {k:.3g} N m/rad"),
-            Rate(d / both, False, f"the throat's {name} damping {d:.3g} N m s/rad"),
+            Rate(math.sqrt(k / both), False, f"{where} {name} stiffness {k:.3g} N m/rad"),
+            Rate(d / both, False, f"{where} {name} damping {d:.3g} N m s/rad"),
         ]
     return found
 
@@ -162,7 +161,7 @@ def _grip(case: Case) -> list[Rate]:
             Rate(math.sqrt(k / inertia), False, f"grip.torque_stiffness.{letter} {k:.3g} N m/rad"),
             Rate(d / inertia, False, f"grip.torque_damping.{letter} {d:.3g} N m s/rad"),
         ]
-    if kind == "compliant":
+    if kind in ("compliant", "hand"):
         k, d = float(np.max(grip.force_stiffness.value)), float(np.max(grip.force_damping.value))
         found += [
             Rate(math.sqrt(k / mass), False, f"grip.force_stiffness {k:.3g} N/m"),

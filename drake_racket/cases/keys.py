@@ -39,6 +39,7 @@ _UNITS = {
     "integrator.maximum_step": "s",
     "limb.mass": "kg",
     "limb.height": "m",
+    "limb.activation": "1",
     "limb.place": "m",
     "limb.stroke.position": "m",
     "limb.stroke.speed": "m/s",

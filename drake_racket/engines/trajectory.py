@@ -110,15 +110,22 @@ class FrameJointNumbers:
 
     Attributes:
         names: of the joints.
+        planes: of each: `in_plane`, `out_of_plane` or `torsion`.
         position, velocity: (j,) places in q and in v.
         stiffness: (j,) N m/rad.
 
     """
 
     names: tuple[str, ...]
+    planes: tuple[str, ...]
     position: NDArray[np.int64]
     velocity: NDArray[np.int64]
     stiffness: Array
+
+    def angle(self, plane: str, q: Array) -> Array:
+        """Gives the sum of the joint angles of one plane (rad), of positions (n, nq): (n,)."""
+        own = [i for i, name in enumerate(self.planes) if name == plane]
+        return np.sum(q[:, self.position[own]], axis=1)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)
@@ -131,6 +138,8 @@ class StringNumbers:
         position, velocity: (p,) places of the masses in q and in v.
         incidence: (s, p) the matrix A with dz = A z.
         constants: (4, s) as for `laws.strings.spring_law`.
+        arms, folds: (s, j), (s, j, j) B and F of `laws.strings`, of j joints of the frame.
+        arm_position, arm_velocity: (j,) places of these joints in q and in v.
 
     """
 
@@ -141,6 +150,10 @@ class StringNumbers:
     velocity: NDArray[np.int64]
     incidence: Array
     constants: Array
+    arms: Array
+    folds: Array
+    arm_position: NDArray[np.int64]
+    arm_velocity: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -157,6 +170,7 @@ class Mechanism:
         landmarks, segments: names of places of hand and limb, and pairs of them.
         num_positions: length of q.  gravity: (3,) in the world.
         limb: that holds the racket; None without one.
+        hand: number of the body of a hand that has mass; None without one.
 
     """
 
@@ -171,6 +185,7 @@ class Mechanism:
     num_positions: int
     gravity: Array
     limb: LimbNumbers | None = None
+    hand: int | None = None
     landmarks: tuple[str, ...] = ()
     segments: tuple[tuple[str, str], ...] = ()
 
@@ -184,7 +199,8 @@ class Motion:
         poses: (m, b, 3, 4) rotation and origin of each body.
         velocities: (m, b, 6) angular (rad/s) and linear (m/s) velocity of each body's origin; 0 for
             bodies without mass.
-        handle_acceleration: (m, 6) of the handle's origin; NaN from a discrete plant.
+        sensor_acceleration: (m, 6) of the origin of the body that holds the place `accelerometer`;
+            NaN from a discrete plant.
         hand_load: (m, 6) torque and force of the racket on the hand, in its axes; None without one.
         joint_torque: (m, j) on the limb's joints; None without a limb.
         joint_reaction: (m, j) magnitude of the reaction force (N); None without a limb.
@@ -194,7 +210,7 @@ class Motion:
     samples: NDArray[np.int64]
     poses: Array
     velocities: Array
-    handle_acceleration: Array
+    sensor_acceleration: Array
     hand_load: Array | None = None
     joint_torque: Array | None = None
     joint_reaction: Array | None = None

@@ -9,6 +9,14 @@ and pulls its ends together across the plane with T dz / L. The damping c (N s/m
 paper's equation; its default is 0. The masses move along the head's z only, so L >= L0 and no
 spring can go slack (that would need L < L0 - T0/k).
 
+Where a frame of several segments bends between the masses' plane and the rim that a spring ends on,
+angles q of its joints change the spring's height and fold the frame under it:
+
+    dz = A z + B q,    L = sqrt(L0^2 + dz^2 - q^T F q),
+
+q^T F q / (2 L0) being how much nearer the rim comes. So a frame that the strings follow costs them
+nothing: what tension stiffens, the compression of the frame that carries it takes away.
+
 The springs act between bodies of the head. By virtual work the bed is one vector of generalized
 forces on the masses' prismatic joints; what the strings pull on the rim in the plane cancels in the
 head, and what they push across it reaches the head through the prismatic joints.
@@ -118,6 +126,99 @@ def add_generalized_forces(
         force[rows[i]] -= pull
         if j >= 0:
             force[rows[j]] += pull
+
+
+def bent_stretch(dz: Any, rate: Any, sag: Any, flow: Any, constants: Any) -> tuple[Any, Any]:
+    """Gives length L (m) and tension T (N) of springs over a frame that bends.
+
+    Args:
+        dz, rate: heights (m) and their rates (m/s).
+        sag, flow: q^T F q (m^2) and q^T F q' (m^2/s); dL/dt = (dz dz' - q^T F q') / L.
+        constants: as for `tensions`.
+
+    """
+    k, slack, length2, c = constants
+    length = np.sqrt(dz * dz + length2 - sag)
+    return length, slack + k * length + c * (dz * rate - flow) / length
+
+
+def bent_forces(heights: Any, rates: Any, constants: Any, ends: Any, folds: Any) -> Any:
+    """Computes the forces (N, N m) on [z; q] of springs over a frame that bends.
+
+    Args:
+        heights, rates: (n + j,) [z; q] and their rates.
+        constants: as for `tensions`.
+        ends: (m, n + j) [A, B].  folds: (m, j, j) F.
+
+    """
+    count = folds.shape[1]
+    q, qv = heights[-count:], rates[-count:]
+    dz, folded = ends @ heights, folds @ q
+    length, tension = bent_stretch(
+        dz, ends @ rates, np.sum(folded * q, axis=1), np.sum(folded * qv, axis=1), constants
+    )
+    pull = tension / length
+    force = -(pull * dz) @ ends
+    force[-count:] = force[-count:] + pull @ folded
+    return force
+
+
+def add_bent_forces(
+    state: Any,
+    q: Any,
+    v: Any,
+    constants: Any,
+    ends: Any,
+    arms: Any,
+    folds: Any,
+    force: Any,
+    rows: Any,
+) -> None:
+    """Adds `bent_forces` into rows of a vector, spring by spring: fast when compiled.
+
+    Args:
+        state, q, v, constants, ends, force, rows: as for `add_generalized_forces`, of the masses,
+            then of the j joints.
+        arms: (m, j) B.  folds: (m, j, j) F.
+
+    """
+    count = arms.shape[1]
+    first = len(rows) - count
+    for i in range(len(rows)):
+        force[rows[i]] = 0.0
+    for s in range(ends.shape[1]):
+        i, j = ends[0, s], ends[1, s]
+        dz, rate = state[q[i]], state[v[i]]
+        if j >= 0:
+            dz -= state[q[j]]
+            rate -= state[v[j]]
+        sag = flow = 0.0
+        for a in range(count):
+            dz += arms[s, a] * state[q[first + a]]
+            rate += arms[s, a] * state[v[first + a]]
+            for b in range(count):
+                fold = folds[s, a, b] * state[q[first + a]]
+                sag += fold * state[q[first + b]]
+                flow += fold * state[v[first + b]]
+        length = np.sqrt(dz * dz + constants[2, s] - sag)
+        tension = constants[1, s] + constants[0, s] * length
+        pull = (tension + constants[3, s] * (dz * rate - flow) / length) / length
+        force[rows[i]] -= pull * dz
+        if j >= 0:
+            force[rows[j]] += pull * dz
+        for a in range(count):
+            folded = 0.0
+            for b in range(count):
+                folded += folds[s, a, b] * state[q[first + b]]
+            force[rows[first + a]] -= pull * (dz * arms[s, a] - folded)
+
+
+def bent_energy(dz: Any, sag: Any, constants: Any) -> Any:
+    """Computes the energies (J) of springs over a frame that bends, as `spring_energy`."""
+    k, slack, length2, _ = constants
+    length0 = np.sqrt(length2)
+    stretch = (dz * dz - sag) / (np.sqrt(dz * dz + length2 - sag) + length0)
+    return (slack + k * length0) * stretch + 0.5 * k * stretch * stretch
 
 
 def stored_energy(z: Any, constants: Any, incidence: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import BasicVector_, LeafSystem_
+from pydrake.systems.framework import BasicVector_, Context, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.laws.totals import LOST_JOINTS, LOST_LIMITS, TORQUE_WORK
@@ -88,6 +88,15 @@ def make_limb_power(plant: MultibodyPlant, limb: Limb) -> Any:
     return LimbPower(
         plant.num_multibody_states(), plant.num_positions() + velocities, torques, damping
     )
+
+
+def set_limb_power_damping(power: Any, plant: MultibodyPlant, limb: Limb, root: Context) -> None:
+    """Copies the dampings of a limb's joints from the plant's Context to the LimbPower's."""
+    context = plant.GetMyContextFromRoot(root)
+    joints = [*limb.joints, *limb.others()]
+    damping = np.concatenate([joint.GetDampingVector(context) for joint in joints])
+    own = power.GetMyMutableContextFromRoot(root)
+    own.get_mutable_numeric_parameter(0).SetFromVector(damping)
 
 
 def limb_bodies(limb: Limb, plant: MultibodyPlant) -> list[RigidBody]:

@@ -23,9 +23,14 @@ from drake_racket.limbs.inertia import check_inertia
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.limits import add_joint_limits
 from drake_racket.limbs.models import LimbBuilder, add_limb_model, find_limb
-from drake_racket.limbs.power import limb_bodies, make_limb_power
+from drake_racket.limbs.power import limb_bodies, make_limb_power, set_limb_power_damping
 from drake_racket.limbs.stroke import StrokeState, apply_stroke, solve_stroke
-from drake_racket.limbs.torques import JointTorques, add_joint_torques, initial_torques
+from drake_racket.limbs.torques import (
+    JointTorques,
+    Muscles,
+    add_joint_torques,
+    initial_torques,
+)
 from drake_racket.limbs.upper_limb import add_upper_limb
 from drake_racket.parameters.limb import JOINTS, UpperLimbParameters, load_upper_limb
 from drake_racket.parameters.limb_settings import LimbSettings
@@ -101,6 +106,8 @@ class StrikingLimb:
         torques: on its joints.
         limits: the JointLimits; None without them (other limbs, discrete plants).
         energy: the Integrator of the LimbPower; None without an audit.
+        power: the LimbPower; None without an audit.
+        muscles: of the shipped limb; None where they are not active.
 
     """
 
@@ -109,6 +116,8 @@ class StrikingLimb:
     torques: JointTorques
     limits: Any | None
     energy: Any | None
+    power: Any | None = None
+    muscles: Muscles | None = None
     _strokes: dict[str, StrokeState] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
@@ -153,6 +162,10 @@ class StrikingLimb:
         if key not in self._strokes:
             check_inertia(plant, context, self.limb)
             self._strokes[key] = state
+        if self.muscles is not None:
+            self.muscles.hold(plant, context, settings.activation)
+            if self.power is not None:
+                set_limb_power_damping(self.power, plant, self.limb, root)
         if self.torques.source is not None:
             torques = initial_torques(settings.joint_torques, plant, context, self.limb, racket)
             self.torques.set(root, torques)
@@ -189,12 +202,14 @@ def wire_striking_limb(
     audit: bool,
     export_torques: bool,
     shipped: UpperLimbParameters | None = None,
+    muscles: Muscles | None = None,
 ) -> StrikingLimb:
     """Adds torques, limits and the energy meter of a limb. After `Finalize`.
 
     Args:
         export_torques: the joint torques come from the Diagram's input port `joint_torques`.
         shipped: the shipped limb's parameters, if they are loaded already.
+        muscles: that were added to it.
 
     """
     torques = add_joint_torques(builder, plant, limb, export=export_torques)
@@ -205,7 +220,7 @@ def wire_striking_limb(
             stiffness = [shipped.joint(name).limit_stiffness.value for name in limb.joint_names()]
             damping = shipped.limit_damping.value
         limits = add_joint_limits(builder, plant, limb, stiffness=stiffness, damping=damping)
-    energy = None
+    energy = power = None
     if audit:
         power = builder.AddNamedSystem("limb_power", make_limb_power(plant, limb))
         builder.Connect(plant.get_state_output_port(), power.GetInputPort("state"))
@@ -217,7 +232,7 @@ def wire_striking_limb(
             builder.Connect(limits.GetOutputPort("power"), power.GetInputPort("limit_power"))
         energy = builder.AddNamedSystem("limb_energy", Integrator(3))
         builder.Connect(power.get_output_port(), energy.get_input_port())
-    return StrikingLimb(limb, limb_bodies(limb, plant), torques, limits, energy)
+    return StrikingLimb(limb, limb_bodies(limb, plant), torques, limits, energy, power, muscles)
 
 
 def _takes_limits(limb: Limb, settings: LimbSettings) -> bool:

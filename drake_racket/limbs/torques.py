@@ -11,20 +11,38 @@ answer it. Three choices for them, from `initial_torques`, at the state before t
 - `carry`: the same with the racket locked to the hand as one rigid body, so that the torques bear
   the racket's weight and the force that keeps it on its path. What a throat, string-bed and grip
   that have settled ask for.
+
+Muscles that are active answer at once, before any reflex, by their stiffness and the slope of force
+over velocity. On the shipped limb `Muscles` have that as a spring about the posture at the start
+and a damper on each joint, in proportion to one activation a, beside the torques above:
+
+    tau = tau_0 - a k (q - q_0) - a d q'.
+
+With `hold` or `carry` tau_0 is found with the damper in place, so that it resists changes of the
+stroke's rates alone. The springs' posture does not move on with the stroke: over 10 ms at 10 rad/s
+that is 0.1 rad. They are Drake's own elements, so that engines, energy and logs have them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import JacobianWrtVariable, JointActuator, MultibodyForces
+from pydrake.multibody.tree import (
+    JacobianWrtVariable,
+    JointActuator,
+    MultibodyForces,
+    RevoluteJoint,
+    RevoluteSpring,
+)
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
 
 from drake_racket.io.errors import InputError
 from drake_racket.limbs.limb import Limb
+from drake_racket.parameters.limb import UpperLimbParameters
 from drake_racket.parameters.limb_settings import JOINT_TORQUES
 from drake_racket.parameters.stroke import Vector
 from drake_racket.plant.racket import Racket
@@ -213,3 +231,41 @@ def _actuators(plant: MultibodyPlant, limb: Limb) -> tuple[JointActuator, ...]:
     by_joint = {actuator.joint().index(): actuator for actuator in every}
     found = tuple(by_joint[j.index()] for j in limb.joints if j.index() in by_joint)
     return found if len(found) == len(limb.joints) else ()
+
+
+@dataclass(frozen=True)
+class Muscles:
+    """The muscles are springs on a limb's joints; their dampers are the joints' own.
+
+    Attributes:
+        joints, springs: in the order of the limb's joints.
+        active: of each, stiffness (N m/rad) and damping (N m s/rad) at full activation.
+        passive: damping (N m s/rad) of each joint without muscles.
+
+    """
+
+    joints: tuple[RevoluteJoint, ...]
+    springs: tuple[RevoluteSpring, ...]
+    active: Sequence[tuple[float, float]]
+    passive: Sequence[float]
+
+    def hold(self, plant: MultibodyPlant, context: Context, activation: float) -> None:
+        """Lets the muscles hold the posture of the plant's `context`."""
+        rows = zip(self.joints, self.springs, self.active, self.passive, strict=True)
+        for joint, spring, (stiffness, damping), own in rows:
+            spring.SetNominalAngle(context, joint.get_angle(context))
+            spring.SetStiffness(context, activation * stiffness)
+            joint.SetDamping(context, own + activation * damping)
+
+
+def add_muscles(plant: MultibodyPlant, limb: Limb, shipped: UpperLimbParameters) -> Muscles:
+    """Adds the springs of the shipped limb's muscles to `plant`, before `Finalize`."""
+    joints = tuple(joint for joint in limb.joints if isinstance(joint, RevoluteJoint))
+    springs = tuple(plant.AddForceElement(RevoluteSpring(joint, 0.0, 0.0)) for joint in joints)
+    named = [shipped.joint(joint.name()) for joint in joints]
+    return Muscles(
+        joints,
+        springs,
+        [own.active() for own in named],
+        [own.damping.value for own in named],
+    )

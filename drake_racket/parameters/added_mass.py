@@ -19,8 +19,9 @@ import math
 from drake_racket.io.errors import InputError
 from drake_racket.io.numbers import as_number
 from drake_racket.io.units import measure
+from drake_racket.parameters.frame import Part
 from drake_racket.parameters.quantities import Quantity
-from drake_racket.parameters.racket import AddedMass, Part, RacketParameters, check_racket
+from drake_racket.parameters.racket import AddedMass, RacketParameters, check_racket
 
 MOST = 0.2  # kg
 _BALANCED = 1e-14

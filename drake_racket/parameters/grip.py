@@ -1,8 +1,12 @@
-"""Reads the grip file: a hand's six spring-dampers. `plant.grip` puts them on a plant.
+"""Reads the grip file: a hand's spring-dampers and its mass. `plant.grip` puts them on a plant.
 
 No source at hand prints the numbers: the shipped ones are inferred. The default, `normal`, is the
 stiffness that the soft tissue of a palm has over the breadth of a hand (data/grip_normal.yaml);
 every use should show what another grip does (`loose`, `tight`, `GripStiffness.scaled`).
+
+Springs to a place at rest can only raise a racket's frequencies, where players' hands lower them:
+the grips `hand_light`, `hand_medium` and `hand_tight` have a hand with mass, fitted to frequencies
+and dampings of rackets in players' hands (data/grip_hand_medium.yaml).
 """
 
 import dataclasses
@@ -16,18 +20,47 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_text
 from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.yaml_files import dump_text, load_file, shipped_or_path
-from drake_racket.parameters.quantities import Of, Quantities
+from drake_racket.parameters.quantities import Of, Quantities, Quantity
 
 GRIPS = ("loose", "normal", "tight")
 """Names of the shipped grips, for `load_grip`; all three are inferred."""
 
-GRIP_KINDS = ("compliant", "torsional", "weld")
-"""Six spring-dampers; three torsional ones about a point that the hand holds; or rigid."""
+HANDS = ("hand_light", "hand_medium", "hand_tight")
+"""Shipped grips whose hand has mass."""
+
+GRIP_KINDS = ("compliant", "torsional", "weld", "hand")
+"""Six spring-dampers; three torsional ones about a point that the hand holds; rigid; or a hand that
+has mass between the racket and what carries it."""
+
+
+@dataclass(frozen=True)
+class HandBody(Schema):
+    """A hand that has mass: between the palm's springs and six more, of the wrist's side.
+
+    Lists are about, or along, x, y and z of the hand frame, as the palm's.
+
+    Attributes:
+        place: of the palm's centre, m from the butt; hand and springs are there.
+        mass: kg.  moments: about the palm's centre (kg m^2).
+        wrist_*: spring-dampers between hand and what carries it.
+
+    """
+
+    place: Annotated[Quantity, Of("m", sign="non-negative")]
+    mass: Annotated[Quantity, Of("kg")]
+    moments: Annotated[Quantities, Of("kg*m^2", least=3)]
+    wrist_force_stiffness: Annotated[Quantities, Of("N/m", sign="non-negative", least=3)]
+    wrist_force_damping: Annotated[Quantities, Of("N*s/m", sign="non-negative", least=3)]
+    wrist_torque_stiffness: Annotated[Quantities, Of("N*m/rad", sign="non-negative", least=3)]
+    wrist_torque_damping: Annotated[Quantities, Of("N*m*s/rad", sign="non-negative", least=3)]
 
 
 @dataclass(frozen=True, repr=False)
 class GripStiffness(Schema):
-    """The grip is six spring-dampers: lists of three, about or along x, y and z of the hand."""
+    """The grip is six spring-dampers: lists of three, about or along x, y and z of the hand.
+
+    With grip kind `hand` they are the palm's, and `hand` has what lies beyond it.
+    """
 
     name: Text
     title: Text
@@ -36,6 +69,7 @@ class GripStiffness(Schema):
     torque_stiffness: Annotated[Quantities, Of("N*m/rad", sign="non-negative", least=3)]
     torque_damping: Annotated[Quantities, Of("N*m*s/rad", sign="non-negative", least=3)]
     notes: tuple[Text, ...]
+    hand: HandBody | None = None
 
     def __repr__(self) -> str:
         """Shows name and title."""
@@ -43,6 +77,8 @@ class GripStiffness(Schema):
 
     def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
         """Multiplies all six stiffnesses by `factor`, and the dampings by `damping_factor`.
+
+        A hand's mass and its wrist stay as they are.
 
         By default the dampings grow with the root of the stiffness, which keeps the damping ratio
         of a racket that moves as a rigid body in the hand.
@@ -81,7 +117,7 @@ def load_grip(grip: str | os.PathLike[str] = "normal") -> GripStiffness:
         InputError: unknown name, unreadable file, or content that does not fit.
 
     """
-    path = shipped_or_path(grip, "grip", GRIPS, "grip_")
+    path = shipped_or_path(grip, "grip", (*GRIPS, *HANDS), "grip_")
     loaded = load_file(path, GripStiffness)
     _check_whole(loaded, str(path))
     return loaded
@@ -96,7 +132,8 @@ def write_grip(grip: GripStiffness, path: str | Path) -> None:
     """
     path = Path(path)
     check_grip(grip)
-    text = dump_text(dataclasses.asdict(grip))
+    tree = dataclasses.asdict(grip)
+    text = dump_text({key: value for key, value in tree.items() if value is not None})
     write_text(text, path)
 
 
@@ -107,7 +144,19 @@ def check_grip(grip: GripStiffness, where: str = "grip") -> None:
 
 def _check_whole(grip: GripStiffness, where: str) -> None:
     """What no single value shows."""
-    for item in dataclasses.fields(grip):
-        values = getattr(grip, item.name)
+    _check_threes(grip, where)
+    if grip.hand is None:
+        return
+    _check_threes(grip.hand, f"{where}: hand")
+    low, middle, high = sorted(grip.hand.moments.value)
+    if high > (low + middle) * (1.0 + 1e-12):
+        value = list(grip.hand.moments.value)
+        raise InputError(f"{where}: hand.moments.value", value, "no moment above the others' sum")
+
+
+def _check_threes(group: GripStiffness | HandBody, where: str) -> None:
+    for item in dataclasses.fields(group):
+        values = getattr(group, item.name)
         if isinstance(values, Quantities) and len(values.value) != 3:
-            raise InputError(f"{where}: {item.name}.value", values.value, "3 numbers: x, y, z")
+            key = f"{where}.{item.name}" if isinstance(group, HandBody) else f"{where}: {item.name}"
+            raise InputError(f"{key}.value", values.value, "3 numbers: x, y, z")

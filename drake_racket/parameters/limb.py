@@ -68,12 +68,24 @@ class GripPlace(Schema):
 
 @dataclass(frozen=True)
 class JointParameters(Schema):
-    """Holds one joint: its range of motion, its damping, and the stiffness of the range's ends."""
+    """Holds one joint: its range of motion, its damping, and the stiffness of the range's ends.
+
+    `active_stiffness` and `active_damping` are those of its muscles at full activation about the
+    posture that they hold; none where they are left out.
+    """
 
     lower: Annotated[Quantity, Of("rad", sign="any")]
     upper: Annotated[Quantity, Of("rad", sign="any")]
     damping: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
     limit_stiffness: Annotated[Quantity, Of("N*m/rad", sign="non-negative")]
+    active_stiffness: Annotated[Quantity, Of("N*m/rad", sign="non-negative")] | None = None
+    active_damping: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")] | None = None
+
+    def active(self) -> tuple[float, float]:
+        """Gives stiffness (N m/rad) and damping (N m s/rad) of fully active muscles."""
+        pair = self.active_stiffness, self.active_damping
+        stiffness, damping = (0.0 if q is None else q.value for q in pair)
+        return stiffness, damping
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,8 @@ class LimbSettings(Schema):
         keyframe: of a MuJoCo model, the posture that its joints start in, by name or number.
         limits: passive torques at the ends of the shipped limb's ranges.
         joint_torques: during the impact: `zero`, `hold` or `carry`, constant; see `limbs.torques`.
+        activation: of the shipped limb's muscles, 0 to 1: that share of the joints' active
+            stiffness and damping acts about the posture at the start, beside `joint_torques`.
         stroke: place and motion of the racket at the start.
 
     """
@@ -59,6 +61,7 @@ class LimbSettings(Schema):
     keyframe: Text = ""
     limits: Flag = True
     joint_torques: Annotated[str, OneOf(*JOINT_TORQUES)] = "hold"
+    activation: Annotated[float, Number("1", 0.0, 1.0)] = 0.0
     stroke: Stroke = field(default_factory=Stroke)
 
     def __post_init__(self) -> None:
@@ -76,4 +79,4 @@ class LimbSettings(Schema):
         joints = (self.locked, tuple(sorted(self.initial_deg.items())), self.keyframe)
         packages = tuple(sorted(self.packages.items()))
         model = (self.model, self.base, self.hand, *joints, packages)
-        return (*model, *subject, place, self.limits)
+        return (*model, *subject, place, self.limits, self.activation > 0.0)

@@ -155,7 +155,7 @@ def _places(parameters: RacketParameters | BallParameters | GripStiffness) -> di
     """The keys of one parameter object, in the order of its file."""
     prefix = _PREFIXES[type(parameters)]
     places: dict[str, _Place] = {}
-    for name, found in sourced_fields(parameters):
+    for name, found in sourced_fields(parameters, idle=True):
         key, path = f"{prefix}.{name}", tuple(name.split("."))
         if key in _LABELS:
             continue

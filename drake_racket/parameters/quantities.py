@@ -162,15 +162,22 @@ class Named(After):
         return found
 
 
-def sourced_fields(parameters: object, path: str = "") -> Iterator[tuple[str, Sourced]]:
-    """Gives all sourced values below a parameter dataclass, depth first, with their dotted keys."""
+def sourced_fields(
+    parameters: object, path: str = "", *, idle: bool = False
+) -> Iterator[tuple[str, Sourced]]:
+    """Gives all sourced values below a parameter dataclass, depth first, with their dotted keys.
+
+    Args:
+        idle: also those of a part that says by its `idle` that they decide nothing.
+
+    """
     for item in dataclasses.fields(typing.cast(Any, parameters)):
         value = getattr(parameters, item.name)
         key = f"{path}.{item.name}" if path else item.name
         if isinstance(value, (Quantity, Quantities, Choice, Assignment)):
             yield key, value
-        elif dataclasses.is_dataclass(value):
-            yield from sourced_fields(value, key)
+        elif dataclasses.is_dataclass(value) and (idle or not getattr(value, "idle", False)):
+            yield from sourced_fields(value, key, idle=idle)
 
 
 def sourced_rows(parameters: object) -> list[tuple[str, ...]]:

@@ -10,6 +10,7 @@ and 7 8 9 are at the throat.
 """
 
 import dataclasses
+import functools
 import math
 import os
 from dataclasses import dataclass, field
@@ -24,10 +25,16 @@ from drake_racket.io.shipped import data_directory
 from drake_racket.io.units import measure
 from drake_racket.io.yaml_files import load_file, name_or_path
 from drake_racket.laws.bed import BedTopology, grid_topology
-from drake_racket.parameters.frame import BENDING_AXES, FrameJoint
+from drake_racket.parameters.frame import (
+    JOINT_READINGS,
+    FrameDistribution,
+    FrameJoint,
+    FrameSegment,
+    Part,
+    ThroatJoint,
+)
 from drake_racket.parameters.quantities import (
     Choice,
-    Named,
     Of,
     Quantities,
     Quantity,
@@ -35,6 +42,7 @@ from drake_racket.parameters.quantities import (
     check_name,
     sourced_rows,
 )
+from drake_racket.parameters.segments import check_frame, joints_of, segments_of
 from drake_racket.parameters.string_bed import (
     FrictionParameters,
     StringBedParameters,
@@ -46,75 +54,8 @@ RACKETS = ("tour", "recreational")
 """Names of the shipped rackets, for `load_racket`."""
 TENSIONS = ("low", "high")
 """Names of the two published tensions of each shipped racket."""
-JOINT_READINGS = ("by_axis", "as_printed")
-"""How the labels of the paper's Table 2 can be read; see `ThroatJoint.labels`."""
 ROUNDING = 1e-12
 """Of a flat body's moments, by which the largest may exceed the sum of the others."""
-
-
-@dataclass(frozen=True)
-class Part(Schema):
-    """A part is one rigid body of the frame; its moments are about its centre of mass.
-
-    `com_y` and `product_xy` are 0 where they are left out: the part is alike on both sides.
-    """
-
-    mass: Annotated[Quantity, Of("kg")]
-    length: Annotated[Quantity, Of("m")]
-    com: Annotated[Quantity, Of("m")]  # from the end nearest the butt
-    moi_longitudinal: Annotated[Quantity, Of("kg*m^2")]  # about x
-    moi_frontal: Annotated[Quantity, Of("kg*m^2")]  # about z, the normal of the string plane
-    moi_transverse: Annotated[Quantity, Of("kg*m^2")]  # about y
-    com_y: Annotated[Quantity, Of("m", sign="any")] | None = None  # from the long axis
-    product_xy: Annotated[Quantity, Of("kg*m^2", sign="any")] | None = None  # minus integral of xy
-
-    def centre(self) -> tuple[float, float]:
-        """Gives the centre of mass (x, y) (m), from the end nearest the butt."""
-        return self.com.value, self.com_y.value if self.com_y else 0.0
-
-    def moments(self) -> tuple[float, float, float]:
-        """Gives the moments (kg m^2) about the centre of mass, along x, y and z."""
-        return self.moi_longitudinal.value, self.moi_transverse.value, self.moi_frontal.value
-
-    def product(self) -> float:
-        """Gives the product of inertia I_xy (kg m^2) about the centre of mass."""
-        return self.product_xy.value if self.product_xy else 0.0
-
-
-@dataclass(frozen=True)
-class ThroatJoint(Schema):
-    """The throat joint is two spring-dampers, labelled as the source prints."""
-
-    reading: Annotated[Choice, Named(*JOINT_READINGS)]
-    stiffness_in: Annotated[Quantity, Of("N*m/rad")]
-    stiffness_out: Annotated[Quantity, Of("N*m/rad")]
-    damping_in: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
-    damping_out: Annotated[Quantity, Of("N*m*s/rad", sign="non-negative")]
-
-    def labels(self) -> dict[str, str]:
-        """Maps each plane of bending to the printed label that stands for it in this reading.
-
-        `as_printed` takes the labels as directions of bending. `by_axis` takes them as the axis of
-        rotation: "in" is rotation about the in-plane axis (y), which bends the racket out of its
-        plane. Only `by_axis` gives the published frequencies.
-        """
-        printed = self.reading.value == "as_printed"
-        return dict(zip(BENDING_AXES, ("in", "out") if printed else ("out", "in"), strict=True))
-
-    def constants(self, plane: str) -> tuple[float, float]:
-        """Gives stiffness (N m/rad) and damping (N m s/rad) of bending in one plane."""
-        label = self.labels()[plane]
-        stiffness: Quantity = getattr(self, f"stiffness_{label}")
-        damping: Quantity = getattr(self, f"damping_{label}")
-        return stiffness.value, damping.value
-
-    def in_plane(self) -> tuple[float, float]:
-        """Gives the `constants` of in-plane bending, about z."""
-        return self.constants("in_plane")
-
-    def out_of_plane(self) -> tuple[float, float]:
-        """Gives the `constants` of out-of-plane bending, about y."""
-        return self.constants("out_of_plane")
 
 
 @dataclass(frozen=True)
@@ -157,6 +98,7 @@ class RacketParameters(Schema):
     notes: tuple[Text, ...]
     specs: dict[Text, Spread] = field(default_factory=dict)  # of the whole racket, where made of it
     added: tuple[AddedMass, ...] = ()  # already in the parts' numbers
+    frame: FrameDistribution = field(default_factory=FrameDistribution)
 
     def __post_init__(self) -> None:
         """The specs cannot be changed."""
@@ -179,11 +121,20 @@ class RacketParameters(Schema):
         return grid_topology(self.string_bed.columns, self.string_bed.rows)
 
     def frame_joints(self) -> tuple[FrameJoint, ...]:
-        """Lists the joints between handle and head, in their order from the butt."""
-        return tuple(
-            FrameJoint(plane, axis, self.handle.length.value, *self.throat_joint.constants(plane))
-            for plane, axis in BENDING_AXES.items()
-        )
+        """Lists the joints of the frame, in their order from the butt."""
+        return self._joints
+
+    def frame_segments(self) -> tuple[FrameSegment, ...]:
+        """Lists the rigid bodies of the frame from the butt: `handle` and `head` are among them."""
+        return self._segments
+
+    @functools.cached_property
+    def _joints(self) -> tuple[FrameJoint, ...]:
+        return joints_of(self)
+
+    @functools.cached_property
+    def _segments(self) -> tuple[FrameSegment, ...]:
+        return segments_of(self)
 
     def point_in_head(self, number: int) -> tuple[float, float]:
         """Gives the rest position (x, y) (m) of a point in the head, from the throat joint."""
@@ -320,6 +271,7 @@ def _check_whole(racket: RacketParameters, where: str) -> None:
                 "no moment above the others' sum",
             )
     _check_geometry(racket, where)
+    check_frame(racket, where)
     check_springs(racket.string_bed, racket.bed_topology(), where)
     check_friction(racket.friction, racket.bed_topology(), where)
 

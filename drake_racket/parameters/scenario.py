@@ -33,10 +33,11 @@ from drake_racket.io.schema import (
 )
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
 from drake_racket.parameters.ball import BallParameters, load_ball
+from drake_racket.parameters.frame import JOINT_READINGS
 from drake_racket.parameters.grip import GRIP_KINDS, GripStiffness, load_grip
 from drake_racket.parameters.limb_settings import LimbSettings
 from drake_racket.parameters.overrides import apply_overrides
-from drake_racket.parameters.racket import JOINT_READINGS, RacketParameters, load_racket
+from drake_racket.parameters.racket import RacketParameters, load_racket
 
 SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip", "limb")
 SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")

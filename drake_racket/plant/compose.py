@@ -33,7 +33,8 @@ from drake_racket.laws.phases import (
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.ball import Ball, ball_law
-from drake_racket.plant.racket import Racket, string_bed_model, string_coordinates
+from drake_racket.plant.racket import Racket
+from drake_racket.plant.string_bed import string_bed_model, string_coordinates
 from drake_racket.plant.systems.ball_contact import BallContact
 from drake_racket.plant.systems.string_bed import StringBed
 

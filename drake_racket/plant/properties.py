@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +12,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, InputPortSelection, OutputPortSelection
 from pydrake.systems.primitives import Linearize
 
+from drake_racket.parameters.frame import BENDING_AXES, FrameJoint
 from drake_racket.parameters.racket import RacketParameters
-from drake_racket.plant.racket import add_racket
+from drake_racket.plant.racket import Racket, add_racket
 
 SWINGWEIGHT_AXIS = 0.1016
 """m from the butt to the axis of the swingweight: 4 inches, the convention of racket makers."""
@@ -75,10 +77,11 @@ def mass_properties(parameters: RacketParameters) -> dict[str, float]:
 
 
 def frame_fundamentals(parameters: RacketParameters, *, strung: bool = False) -> tuple[float, ...]:
-    """Computes the free racket's undamped bending frequencies (Hz), one a frame joint.
+    """Computes the free racket's undamped bending frequencies (Hz) in plane and out of plane.
 
     Drake linearises the plant at rest, the joint's damping left out; the frequency of each mode is
-    |eigenvalue| / 2 pi, and the joint rate that its eigenvector holds most of tells the plane.
+    |eigenvalue| / 2 pi, and the joint rate that its eigenvector holds most of tells the plane. Of
+    more than two segments it is the lowest mode with most strain energy in that plane's joints.
     `strung` adds the string masses, but not the strings' stiffness.
     """
     plant = MultibodyPlant(0.0)
@@ -92,12 +95,33 @@ def frame_fundamentals(parameters: RacketParameters, *, strung: bool = False) ->
     racket.set_joint_constants(context, undamped)
     matrix = _state_matrix(plant, context)
     values, vectors = np.linalg.eig(matrix)
+    if len(racket.segments) > 2:
+        return _lowest(racket, undamped, values, vectors)
     frequencies = []
     for joint in racket.frame_joints:
         row = np.abs(vectors[plant.num_positions() + joint.velocity_start()])
         row = np.where(np.abs(values.imag) > 1.0, row, 0.0)
         frequencies.append(float(np.abs(values[int(np.argmax(row))])) / (2.0 * np.pi))
     return tuple(frequencies)
+
+
+def _lowest(
+    racket: Racket,
+    joints: Sequence[FrameJoint],
+    values: NDArray[np.complex128],
+    vectors: NDArray[np.complex128],
+) -> tuple[float, ...]:
+    """The lowest frequency of the modes that bend most in each plane."""
+    at = [joint.position_start() for joint in racket.frame_joints]
+    stored = np.array([joint.stiffness for joint in joints])[:, None] * np.abs(vectors[at]) ** 2
+    planes = np.array([joint.plane for joint in joints])
+    rates = np.abs(values)
+    vibrates = np.abs(values.imag) > 1e-3 * np.max(rates)
+    found = []
+    for plane in BENDING_AXES:
+        own = np.sum(stored[planes == plane], axis=0) > 0.5 * np.sum(stored, axis=0)
+        found.append(float(np.min(rates[own & vibrates])) / (2.0 * np.pi))
+    return tuple(found)
 
 
 def _state_matrix(plant: MultibodyPlant, context: Context) -> NDArray[np.float64]:

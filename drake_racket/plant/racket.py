@@ -1,4 +1,4 @@
-"""Adds a racket to a plant: two bodies, the frame's joints, the bushing and the string masses."""
+"""Adds a racket to a plant: the bodies of its frame, their joints, and the string masses."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -17,18 +16,17 @@ from pydrake.multibody.tree import (
     Joint,
     LinearBushingRollPitchYaw,
     ModelInstanceIndex,
+    RevoluteSpring,
     RigidBody,
 )
 from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.schema import shown
-from drake_racket.laws.bed import rest_lengths, spring_formula
 from drake_racket.parameters.frame import FrameJoint, bushing_constants
 from drake_racket.parameters.racket import RacketParameters
-from drake_racket.plant.sdf import part_inertia, racket_sdf, string_inertia
+from drake_racket.plant.sdf import racket_sdf, segment_inertia, string_inertia
 from drake_racket.plant.shapes import show_racket
-from drake_racket.plant.systems.string_bed import StringBedModel, StringCoordinates
 
 FRAMES = ("butt", "grip", "accelerometer", "throat", "gsc", "tip")
 
@@ -40,24 +38,29 @@ class Racket:
     """The Racket holds handles to a racket in a plant.
 
     Attributes:
-        handle, head: the two bodies of the frame; R is the handle's body frame (origin at the
-            butt), the head's body frame has its origin at the throat joint.
+        segments: the bodies of the frame, in the order of `RacketParameters.frame_segments`.
+        handle, head: the first of them, and the one that holds the string-bed's centre and carries
+            the string masses. R is the handle's body frame (origin at the butt), the head's body
+            frame has its origin at the throat joint.
         frame_joints: the revolute joints of the frame, in the order of
             `RacketParameters.frame_joints`.
         string_masses, string_joints: the points in order; empty if not strung.
-        bushing: the joints' torsional spring-dampers (pitch is out of plane, yaw in plane).
+        bushing: torsional spring-dampers of two segments (pitch is out of plane, yaw in plane).
+        springs: of more segments, one a joint; their dampers are the joints' own.
 
     """
 
     plant: MultibodyPlant
     parameters: RacketParameters
     model_instance: ModelInstanceIndex
+    segments: tuple[RigidBody, ...]
     handle: RigidBody
     head: RigidBody
     frame_joints: tuple[Joint, ...]
     string_masses: tuple[RigidBody, ...]
     string_joints: tuple[Joint, ...]
-    bushing: LinearBushingRollPitchYaw
+    bushing: LinearBushingRollPitchYaw | None
+    springs: tuple[RevoluteSpring, ...] = ()
 
     def __repr__(self) -> str:
         """Shows the model instance, the parameters' name and the string masses."""
@@ -78,12 +81,12 @@ class Racket:
 
     @property
     def in_plane(self) -> Joint:
-        """The frame's joint about z is that of in-plane bending."""
+        """The joint of a frame of two segments about z is that of in-plane bending."""
         return self.frame_joint("in_plane")
 
     @property
     def out_of_plane(self) -> Joint:
-        """The frame's joint about y is that of out-of-plane bending."""
+        """The joint of a frame of two segments about y is that of out-of-plane bending."""
         return self.frame_joint("out_of_plane")
 
     def frame_joint(self, name: str) -> Joint:
@@ -98,32 +101,54 @@ class Racket:
             raise InputError("Racket.frame_joint: name", name, ", ".join(by_name))
         return by_name[name]
 
+    def joints_of(self, plane: str) -> list[Joint]:
+        """Lists the joints of one plane (`in_plane`, `out_of_plane`, `torsion`), from the butt."""
+        pairs = zip(self.frame_joints, self.parameters.frame_joints(), strict=True)
+        return [joint for joint, own in pairs if own.plane == plane]
+
     def joint_constants(self, context: Context | None = None) -> tuple[FrameJoint, ...]:
         """Reads the frame's joints with the stiffness and damping of a plant's Context.
 
         Without a Context they are those that the plant's model has.
         """
+        own = self.parameters.frame_joints()
+        pairs = (
+            self._of_springs(context) if self.bushing is None else self._of_bushing(own, context)
+        )
+        return tuple(
+            dataclasses.replace(joint, stiffness=float(stiffness), damping=float(damping))
+            for joint, (stiffness, damping) in zip(own, pairs, strict=True)
+        )
+
+    def _of_bushing(
+        self, joints: Sequence[FrameJoint], context: Context | None
+    ) -> list[tuple[float, float]]:
         bushing = self.bushing
+        assert bushing is not None
         if context is None:
             stiffness = bushing.torque_stiffness_constants()
             damping = bushing.torque_damping_constants()
         else:
             stiffness = bushing.GetTorqueStiffnessConstants(context)
             damping = bushing.GetTorqueDampingConstants(context)
-        return tuple(
-            dataclasses.replace(
-                joint,
-                stiffness=float(stiffness[joint.axis_index]),
-                damping=float(damping[joint.axis_index]),
-            )
-            for joint in self.parameters.frame_joints()
-        )
+        return [(stiffness[joint.axis_index], damping[joint.axis_index]) for joint in joints]
+
+    def _of_springs(self, context: Context | None) -> list[tuple[float, float]]:
+        pairs = zip(self.springs, self.frame_joints, strict=True)
+        if context is None:
+            return [(s.default_stiffness(), j.default_damping()) for s, j in pairs]
+        return [(s.GetStiffness(context), j.GetDamping(context)) for s, j in pairs]
 
     def set_joint_constants(self, context: Context, joints: Sequence[FrameJoint]) -> None:
         """Writes the stiffness and damping of all the frame's joints into a plant's Context."""
-        stiffness, damping = bushing_constants(joints)
-        self.bushing.SetTorqueStiffnessConstants(context, stiffness)
-        self.bushing.SetTorqueDampingConstants(context, damping)
+        if self.bushing is not None:
+            stiffness, damping = bushing_constants(joints)
+            self.bushing.SetTorqueStiffnessConstants(context, stiffness)
+            self.bushing.SetTorqueDampingConstants(context, damping)
+            return
+        for spring, joint, own in zip(self.springs, self.frame_joints, joints, strict=True):
+            spring.SetStiffness(context, own.stiffness)
+            joint.SetDamping(context, own.damping)
 
     def bodies(self) -> list[RigidBody]:
         """Lists all bodies of the racket, string masses and massless links included."""
@@ -172,7 +197,7 @@ def add_racket(
     parser.SetStrictParsing()
     (instance,) = parser.AddModelsFromString(racket_sdf(parameters, name, strung=strung), "sdf")
     racket = find_racket(plant, instance, parameters)
-    show_racket(plant, racket.handle, racket.head, racket.string_masses, parameters)
+    show_racket(plant, racket.segments, racket.string_masses, parameters)
     if parent is not None:
         plant.WeldFrames(parent, racket.frame(held_at), X_PF or RigidTransform())
     return racket
@@ -199,19 +224,41 @@ def find_racket(
             plant.GetModelInstanceName(instance),
             f"a model with {len(numbers)} string masses, as its parameters have",
         )
+    segments = [segment.name for segment in parameters.frame_segments()]
+    joints = [joint.name for joint in parameters.frame_joints()]
+    missing = [name for name in segments if not plant.HasBodyNamed(name, instance)]
+    missing += [name for name in joints if not plant.HasJointNamed(name, instance)]
+    if missing:
+        raise InputError(
+            "find_racket: instance",
+            plant.GetModelInstanceName(instance),
+            f"a model with a frame of {len(segments)} segments, as its parameters have"
+            f" (it has no {missing[0]})",
+        )
+    frame_joints = tuple(plant.GetJointByName(name, instance) for name in joints)
     return Racket(
         plant=plant,
         parameters=parameters,
         model_instance=instance,
+        segments=tuple(plant.GetBodyByName(name, instance) for name in segments),
         handle=plant.GetBodyByName("handle", instance),
         head=plant.GetBodyByName("head", instance),
-        frame_joints=tuple(
-            plant.GetJointByName(joint.name, instance) for joint in parameters.frame_joints()
-        ),
+        frame_joints=frame_joints,
         string_masses=tuple(plant.GetBodyByName(f"string_{i}", instance) for i in numbers),
         string_joints=tuple(plant.GetJointByName(f"string_joint_{i}", instance) for i in numbers),
-        bushing=_bushing(plant, instance),
+        bushing=_bushing(plant, instance) if len(segments) == 2 else None,
+        springs=_springs(plant, frame_joints) if len(segments) > 2 else (),
     )
+
+
+def _springs(plant: MultibodyPlant, joints: Sequence[Joint]) -> tuple[RevoluteSpring, ...]:
+    """The springs on the frame's joints, in order."""
+    found = {}
+    for index in range(plant.num_force_elements()):
+        element = plant.get_force_element(ForceElementIndex(index))
+        if isinstance(element, RevoluteSpring):
+            found[element.joint().index()] = element
+    return tuple(found[joint.index()] for joint in joints)
 
 
 def _bushing(plant: MultibodyPlant, instance: ModelInstanceIndex) -> LinearBushingRollPitchYaw:
@@ -225,7 +272,7 @@ def _bushing(plant: MultibodyPlant, instance: ModelInstanceIndex) -> LinearBushi
 
 
 def set_racket_inertia(racket: Racket, root: Context, parameters: RacketParameters) -> None:
-    """Writes mass, centre of mass and moments of handle, head and string masses into a Context.
+    """Writes mass, centre of mass and moments of segments and string masses into a Context.
 
     The numbers are those that the SDF of `parameters` has. Massless links stay as they are.
 
@@ -234,39 +281,8 @@ def set_racket_inertia(racket: Racket, root: Context, parameters: RacketParamete
 
     """
     context = racket.plant.GetMyMutableContextFromRoot(root)
-    for body, part in ((racket.handle, parameters.handle), (racket.head, parameters.head)):
-        body.SetSpatialInertiaInBodyFrame(context, part_inertia(part).spatial())
+    for body, segment in zip(racket.segments, parameters.frame_segments(), strict=True):
+        body.SetSpatialInertiaInBodyFrame(context, segment_inertia(segment).spatial())
     inertia = string_inertia(parameters).spatial()
     for body in racket.string_masses:
         body.SetSpatialInertiaInBodyFrame(context, inertia)
-
-
-def string_bed_model(parameters: RacketParameters) -> StringBedModel:
-    """Gives the numbers of a parameter file's string-bed to the StringBed system."""
-    bed = parameters.string_bed
-    topology = parameters.bed_topology()
-    formulas = [spring_formula(bed.springs.value[name]) for name in topology.names]
-    pairs = [pair for pair in formulas if pair is not None]
-    return StringBedModel(
-        topology=topology,
-        stiffness=np.array(bed.stiffness.value),
-        rim_factors=np.array(bed.rim_factors.value),
-        stiffness_index=np.array([k for k, _ in pairs]),
-        rim_factor_index=np.array([p for _, p in pairs]),
-        initial_tension=bed.initial_tension.value,
-        damping=bed.damping.value,
-        lengths=rest_lengths(
-            topology, bed.spacing.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
-        ),
-    )
-
-
-def string_coordinates(racket: Racket) -> StringCoordinates:
-    """Tells where the string joints sit in the finalized plant's state."""
-    plant = racket.plant
-    return StringCoordinates(
-        positions=np.array([j.position_start() for j in racket.string_joints]),
-        velocities=np.array([j.velocity_start() for j in racket.string_joints]),
-        num_positions=plant.num_positions(),
-        num_velocities=plant.num_velocities(),
-    )

@@ -7,6 +7,7 @@ text, so that the numbers in SDF and YAML are one.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,8 +15,14 @@ from pydrake.math import RotationMatrix
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
 from drake_racket.parameters.ball import BallParameters
-from drake_racket.parameters.frame import AXES, FrameJoint, bushing_constants
-from drake_racket.parameters.racket import Part, RacketParameters
+from drake_racket.parameters.frame import (
+    AXES,
+    FrameJoint,
+    FrameSegment,
+    bushing_constants,
+)
+from drake_racket.parameters.racket import RacketParameters
+from drake_racket.parameters.segments import segment_at
 
 
 @dataclass(frozen=True)
@@ -45,10 +52,9 @@ class LinkInertia:
         )
 
 
-def part_inertia(part: Part) -> LinkInertia:
-    """Gives the inertia of the handle or the head."""
-    x, y = part.centre()
-    return LinkInertia(part.mass.value, x, part.moments(), y, part.product())
+def segment_inertia(segment: FrameSegment) -> LinkInertia:
+    """Gives the inertia of one segment of the frame."""
+    return LinkInertia(segment.mass, segment.com, segment.moments, segment.com_y, segment.product)
 
 
 def string_inertia(racket: RacketParameters) -> LinkInertia:
@@ -69,30 +75,54 @@ _OPEN = '<?xml version="1.0"?>\n<sdf xmlns:drake="drake.mit.edu" version="1.9">\
 def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: bool = True) -> str:
     """Writes the SDF text of one racket, with string masses if `strung`.
 
-    The joints are those of `RacketParameters.frame_joints`, with massless links between them.
+    The joints are those of `RacketParameters.frame_joints`, with massless links between those at
+    one place. Two segments have the published spring-dampers, in one bushing; more have theirs on
+    the joints.
 
-    The model frame is R (butt, x to the tip, z normal to the strings). Links `handle` and `head`
-    have their origins at the butt and at the throat joint; all axes agree in the rest pose.
+    The model frame is R (butt, x to the tip, z normal to the strings). Link `handle` has its origin
+    at the butt, link `head`, which carries the string-bed's centre, at the throat joint, the others
+    where they begin; all axes agree in the rest pose.
     """
     throat = racket.handle.length.value
-    bed = racket.string_bed
-    joints = racket.frame_joints()
-    stiffness, damping = bushing_constants(joints)
-    pose = f'      <pose relative_to="handle">{throat!r} 0 0 0 0 0</pose>'
-    links, chain = _frame_chain(joints)
+    segments, joints = racket.frame_segments(), racket.frame_joints()
+    paired = len(segments) == 2
+    links, chain = _frame_chain(segments, joints, sprung=not paired)
     lines = [
         f'  <model name="{name or racket.name}">',
-        *_link("handle", racket.handle),
+        *_segment_link(segments[0]),
         *links,
-        *_link("head", racket.head, pose),
         *chain,
         *_frame("butt", "handle", 0.0),
         *_frame("grip", "handle", racket.landmarks.grip.value),
-        *_frame("accelerometer", "handle", racket.landmarks.accelerometer.value),
-        *_frame("throat", "head", 0.0),
-        *_frame("throat_handle", "handle", throat),
-        *_frame("gsc", "head", bed.gsc.value),
-        *_frame("tip", "head", racket.head.length.value),
+        *_frame_at(segments, "accelerometer", racket.landmarks.accelerometer.value),
+        *(_frame("throat", "head", 0.0) if paired else _frame_at(segments, "throat", throat)),
+        *(_frame("throat_handle", "handle", throat) if paired else []),
+        *_frame("gsc", "head", racket.string_bed.gsc.value),
+        *_tip(racket),
+        *(_throat_bushing(joints) if paired else []),
+    ]
+    if strung:
+        lines += _string_masses(racket)
+    return _OPEN + "\n".join([*lines, "  </model>", "</sdf>", ""])
+
+
+def _tip(racket: RacketParameters) -> list[str]:
+    """The frame at the tip, on the last segment."""
+    last = racket.frame_segments()[-1]
+    if last.name == "head":
+        return _frame("tip", "head", racket.head.length.value)
+    return _frame("tip", last.name, last.end - last.origin)
+
+
+def _frame_at(segments: Sequence[FrameSegment], name: str, place: float) -> list[str]:
+    """A frame at a place from the butt, on the segment that holds it."""
+    segment = segments[0] if place <= segments[0].end else segments[segment_at(segments, place)]
+    return _frame(name, segment.name, place - segment.origin)
+
+
+def _throat_bushing(joints: Sequence[FrameJoint]) -> list[str]:
+    stiffness, damping = bushing_constants(joints)
+    return [
         "    <drake:linear_bushing_rpy>",
         "      <drake:bushing_frameA>throat_handle</drake:bushing_frameA>",
         "      <drake:bushing_frameC>throat</drake:bushing_frameC>",
@@ -103,9 +133,6 @@ def racket_sdf(racket: RacketParameters, name: str | None = None, *, strung: boo
         _bushing("force_damping", (0.0, 0.0, 0.0)),
         "    </drake:linear_bushing_rpy>",
     ]
-    if strung:
-        lines += _string_masses(racket)
-    return _OPEN + "\n".join([*lines, "  </model>", "</sdf>", ""])
 
 
 def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
@@ -146,11 +173,12 @@ def _string_masses(racket: RacketParameters) -> list[str]:
     return lines
 
 
-def _link(name: str, part: Part, pose: str | None = None) -> list[str]:
+def _segment_link(segment: FrameSegment) -> list[str]:
+    pose = f'      <pose relative_to="handle">{segment.origin!r} 0 0 0 0 0</pose>'
     return [
-        f'    <link name="{name}">',
-        *([pose] if pose else []),
-        *_inertial(part_inertia(part)),
+        f'    <link name="{segment.name}">',
+        *([pose] if segment.name != "handle" else []),
+        *_inertial(segment_inertia(segment)),
         "    </link>",
     ]
 
@@ -177,13 +205,16 @@ def _inertial(inertia: LinkInertia) -> list[str]:
     ]
 
 
-def _joint(name: str, kind: str, parent: str, child: str, axis: str) -> list[str]:
+def _joint(
+    name: str, kind: str, parent: str, child: str, axis: str, place: str = "", spring: str = ""
+) -> list[str]:
     """An effort limit of 0 keeps Drake from adding an actuator."""
     return [
         f'    <joint name="{name}" type="{kind}">',
+        *([place] if place else []),
         f"      <parent>{parent}</parent>",
         f"      <child>{child}</child>",
-        f"      <axis><xyz>{axis}</xyz><limit><effort>0</effort></limit></axis>",
+        f"      <axis><xyz>{axis}</xyz>{spring}<limit><effort>0</effort></limit></axis>",
         "    </joint>",
     ]
 
@@ -196,20 +227,39 @@ def _frame(name: str, link: str, x: float) -> list[str]:
     ]
 
 
-def _frame_chain(joints: Sequence[FrameJoint]) -> tuple[list[str], list[str]]:
-    """The massless links between the joints from handle to head, and the joints."""
-    names = ["throat_link", "throat_link_2"][: len(joints) - 1]
-    bodies = ["handle", *names, "head"]
-    order = ", then ".join(f"about {joint.axis}" for joint in joints)
-    links = [f"    <!-- massless, between the revolute joints: first {order} -->"] if names else []
+def _frame_chain(
+    segments: Sequence[FrameSegment], joints: Sequence[FrameJoint], *, sprung: bool
+) -> tuple[list[str], list[str]]:
+    """The links beyond the first segment, massless ones between joints, and the joints."""
+    links: list[str] = []
     chain: list[str] = []
-    for joint, parent, child in zip(joints, bodies, bodies[1:], strict=False):
-        axis = " ".join(str(int(joint.axis == axis)) for axis in AXES)
-        chain += _joint(joint.name, "revolute", parent, child, axis)
-        if child != "head":
-            place = joint.place if parent == "handle" else 0.0
-            links += _massless_link(child, parent, place)
+    for inner, (parent, child) in enumerate(itertools.pairwise(segments)):
+        own = [joint for joint in joints if joint.inner == inner]
+        first = "throat_link" if not sprung else f"link_{inner + 1}"
+        names = [first, f"{first}_2"][: len(own) - 1]
+        bodies = [parent.name, *names, child.name]
+        order = ", then ".join(f"about {joint.axis}" for joint in own)
+        if names:
+            links.append(f"    <!-- massless, between the revolute joints: first {order} -->")
+        for joint, outer, name in zip(own, bodies, bodies[1:], strict=False):
+            axis = " ".join(str(int(joint.axis == axis)) for axis in AXES)
+            chain += _joint(joint.name, "revolute", outer, name, axis, *_spring(joint, sprung))
+            if name != child.name:
+                at = ("handle", joint.place) if outer == parent.name else (outer, 0.0)
+                links += _massless_link(name, *at)
+        links += _segment_link(child)
     return links, chain
+
+
+def _spring(joint: FrameJoint, sprung: bool) -> tuple[str, str]:
+    """Where a joint is, and its spring-damper; nothing for a joint of the published frame."""
+    if not sprung:
+        return "", ""
+    dynamics = (
+        f"<dynamics><damping>{joint.damping!r}</damping>"
+        f"<spring_stiffness>{joint.stiffness!r}</spring_stiffness></dynamics>"
+    )
+    return f'      <pose relative_to="handle">{joint.place!r} 0 0 0 0 0</pose>', dynamics
 
 
 def _bushing(name: str, values: Sequence[float]) -> str:

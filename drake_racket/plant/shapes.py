@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,9 @@ from numpy.typing import NDArray
 from pydrake.geometry import Box, Capsule, Shape, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
+from drake_racket.parameters.frame import FrameSegment
 from drake_racket.parameters.racket import RacketParameters
+from drake_racket.parameters.segments import segment_at
 
 if TYPE_CHECKING:
     from pydrake.multibody.plant import MultibodyPlant
@@ -122,34 +125,48 @@ def string_pieces(parameters: RacketParameters, number: int) -> list[Points]:
 
 def show_racket(
     plant: MultibodyPlant,
-    handle: RigidBody,
-    head: RigidBody,
+    segments: Sequence[RigidBody],
     strings: tuple[RigidBody, ...],
     parameters: RacketParameters,
 ) -> None:
-    """Registers a racket's shapes, if the plant has a SceneGraph; without one it does nothing."""
+    """Registers a racket's shapes, if the plant has a SceneGraph; without one it does nothing.
+
+    Of two segments arms and rim are those of handle and head; of more, each piece sits on the
+    segment that holds its middle.
+    """
     if not plant.geometry_source_is_registered():
         return
-    bed = parameters.string_bed
+    bed, throat = parameters.string_bed, parameters.handle.length.value
     lines = frame_lines(
-        parameters.handle.length.value,
-        bed.gsc.value,
-        bed.rim_semi_axis_x.value,
-        bed.rim_semi_axis_y.value,
-        RIM_PIECES,
+        throat, bed.gsc.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value, RIM_PIECES
     )
-    shaft = float(lines.grip[:, 0].max())
-    grip = Box(shaft, 2.0 * GRIP_HALF_WIDTH, 2.0 * GRIP_HALF_THICKNESS)
-    _register(plant, handle, "grip", grip, RigidTransform([0.5 * shaft, 0.0, 0.0]), GRIP_COLOUR)
-    for i, arm in enumerate(lines.handle_arms):
-        _tube(plant, handle, f"arm_{i}", arm, TUBE_RADIUS, FRAME_COLOUR)
-    for i, arm in enumerate(lines.head_arms):
-        _tube(plant, head, f"arm_{i}", arm, TUBE_RADIUS, FRAME_COLOUR)
-    _tube(plant, head, "rim", lines.rim, TUBE_RADIUS, FRAME_COLOUR)
+    bodies = list(zip(segments, parameters.frame_segments(), strict=True))
+    _grip(plant, bodies, float(lines.grip[:, 0].max()))
+    named = [(f"arm_{i}", arm, 0.0) for i, arm in enumerate(lines.handle_arms)]
+    named += [(f"arm_{i}", arm, throat) for i, arm in enumerate(lines.head_arms)]
+    for name, line, start in [*named, ("rim", lines.rim, throat)]:
+        points = np.add(line, [start, 0.0, 0.0])
+        for i in range(len(points) - 1):
+            middle = start if len(bodies) == 2 else float(points[i : i + 2, 0].mean())
+            body, own = bodies[segment_at([segment for _, segment in bodies], middle)]
+            ends = points[i : i + 2] - [own.origin, 0.0, 0.0]
+            _tube(plant, body, name, ends, TUBE_RADIUS, FRAME_COLOUR, first=i)
     for number, body in enumerate(strings, 1):
         _register(plant, body, "knot", Sphere(KNOT_RADIUS), RigidTransform(), STRING_COLOUR)
         for i, piece in enumerate(string_pieces(parameters, number)):
             _tube(plant, body, f"string_{i}", piece, STRING_RADIUS, STRING_COLOUR)
+
+
+def _grip(
+    plant: MultibodyPlant, bodies: Sequence[tuple[RigidBody, FrameSegment]], shaft: float
+) -> None:
+    """The handle's sketch, on as many segments as it reaches over."""
+    for body, own in bodies:
+        low, high = own.start, min(own.end, shaft) if len(bodies) > 2 else shaft
+        if high > low:
+            box = Box(high - low, 2.0 * GRIP_HALF_WIDTH, 2.0 * GRIP_HALF_THICKNESS)
+            pose = RigidTransform([0.5 * (low + high) - own.origin, 0.0, 0.0])
+            _register(plant, body, "grip", box, pose, GRIP_COLOUR)
 
 
 def show_ball(plant: MultibodyPlant, body: RigidBody, radius: float) -> None:
@@ -165,10 +182,17 @@ def show_ball(plant: MultibodyPlant, body: RigidBody, radius: float) -> None:
 
 
 def _tube(
-    plant: MultibodyPlant, body: RigidBody, name: str, line: Points, radius: float, colour: Any
+    plant: MultibodyPlant,
+    body: RigidBody,
+    name: str,
+    line: Points,
+    radius: float,
+    colour: Any,
+    *,
+    first: int = 0,
 ) -> None:
-    """A tube of capsules along a line."""
-    for i, (start, end) in enumerate(itertools.pairwise(line)):
+    """A tube of capsules along a line, numbered from `first`."""
+    for i, (start, end) in enumerate(itertools.pairwise(line), first):
         step = end - start
         length = float(np.linalg.norm(step))
         along_z = RotationMatrix.MakeFromOneVector(step / length, 2)

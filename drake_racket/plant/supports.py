@@ -61,18 +61,22 @@ def add_hand_held_racket(
     name: str = "racket",
     strung: bool = True,
 ) -> tuple[Racket, Grip]:
-    """Adds a racket held at its grip frame by a hand that is fixed in the world. Before `Finalize`.
+    """Adds a racket held at its grip frame by a hand at rest in the world. Before `Finalize`.
 
-    At rest R is the world's frame; with a compliant grip the racket is a free body: start it there.
+    At rest R is the world's frame; with a compliant grip the racket is a free body: start it there,
+    and a hand that has mass where its carrier is (`Grip.rest`).
 
     Args:
-        kind: of the grip: compliant, torsional or weld.
+        kind: of the grip: compliant, torsional, weld, or hand (at its own place on the handle).
 
     Raises:
         InputError: the grip is not valid, or as `add_racket`.
 
     """
     racket = add_racket(plant, parameters, name=name, strung=strung)
-    place = RigidTransform([parameters.landmarks.grip.value, 0.0, 0.0])
+    at = parameters.landmarks.grip.value
+    if kind == "hand" and grip.hand is not None:
+        at = grip.hand.place.value
+    place = RigidTransform([at, 0.0, 0.0])
     hand = plant.AddFrame(FixedOffsetFrame(f"{name}_hand", plant.world_frame(), place))
     return racket, add_grip(plant, racket, hand, grip, kind=kind)

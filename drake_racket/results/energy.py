@@ -17,7 +17,7 @@ from drake_racket.engines.trajectory import Mechanism, Motion, Trajectory
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.limits import limit_energies
 from drake_racket.laws.phases import GIVEN_UP, KB, PHASE
-from drake_racket.laws.strings import spring_energy
+from drake_racket.laws.strings import bent_energy, spring_energy
 from drake_racket.laws.totals import (
     COUPLE,
     GRIP,
@@ -62,8 +62,9 @@ class Balance:
     ball: kinetic. contact: stored in the compressed ball. rigid_motion: of the racket as one rigid
     body with its momentum (0 if clamped). bending: stored at the frame's joints, and the frame's
     kinetic energy beyond the rigid motion. strings: stored, and kinetic relative to the head.
-    gravity: potential of racket and ball. grip: gone into a hand's springs and dampers. limb:
-    kinetic, potential, and stored at its joints' limits; torque_work: done by its joint torques.
+    gravity: potential of racket and ball. grip: gone into a hand's springs and dampers, and into
+    its own motion where it has mass. limb: kinetic, potential, and stored at its joints' limits;
+    torque_work: done by its joint torques.
     lost_*: given up so far; lost_ball includes what compression was left at release. couple: gained
     from forces that act along different lines.
     """
@@ -165,7 +166,7 @@ def balances(trajectory: Trajectory, *, held: bool) -> Balances:
         "bending": bending,
         "strings": stored_in_strings(mechanism, q) + string_motion,
         "gravity": moving.potential(racket + ball, mechanism.gravity),
-        "grip": totals[:, GRIP],
+        "grip": totals[:, GRIP] + _in_hand(mechanism, moving),
         "limb": limb,
         "torque_work": torque_work,
         "lost_limb": lost_limb,
@@ -182,6 +183,14 @@ def balances(trajectory: Trajectory, *, held: bool) -> Balances:
         ball_momentum=moving.linear[:, mechanism.ball],
         impulse_on_ball=totals[:, IMPULSE],
     )
+
+
+def _in_hand(mechanism: Mechanism, moving: Momenta) -> Array | float:
+    """Kinetic and potential energy (m,) of a hand that has mass (J)."""
+    if mechanism.hand is None:
+        return 0.0
+    own = [mechanism.hand]
+    return moving.kinetic_energy(own) + moving.potential(own, mechanism.gravity)
 
 
 @dataclass(frozen=True)
@@ -262,6 +271,11 @@ def stored_in_strings(mechanism: Mechanism, q: Array) -> Array:
     """Gives the energy (m,) (J) of the springs above the flat bed."""
     strings = mechanism.strings
     dz = q[:, strings.position] @ strings.incidence.T
+    if strings.arms.size:
+        bent = q[:, strings.arm_position]
+        sag = np.einsum("sab,ma,mb->ms", strings.folds, bent, bent)
+        dz = dz + bent @ strings.arms.T
+        return np.sum(bent_energy(dz, sag, strings.constants), axis=1)  # type: ignore[no-any-return]
     k, slack, length2, _ = strings.constants
     return np.sum(spring_energy(dz, k, slack, length2), axis=1)  # type: ignore[no-any-return]
 

@@ -14,7 +14,7 @@ from drake_racket.cases.case import Case
 from drake_racket.engines.trajectory import Mechanism, Trajectory
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import TOUCH
-from drake_racket.laws.strings import spring_law
+from drake_racket.laws.strings import bent_stretch, spring_law
 from drake_racket.plant.properties import frame_fundamentals
 from drake_racket.plant.systems.ports import ContactState
 from drake_racket.results import kinematics
@@ -110,6 +110,7 @@ _VARIABLES: tuple[_Row, ...] = (
     ("string_tension", "spring", "N", "", "tension of the springs"),
     ("in_plane_angle", None, "rad", "", "throat joint, rotation about z"),
     ("out_of_plane_angle", None, "rad", "", "throat joint, rotation about y"),
+    ("torsion_angle", None, "rad", "", "twist of the frame from butt to tip"),
     ("butt_position", "axis", "m", _R, "position of the butt"),
     ("gsc_position", "axis", "m", _R, "position of the geometric string-bed centre of the head"),
     ("gsc_velocity", "axis", "m/s", _R, "velocity of the geometric string-bed centre of the head"),
@@ -179,15 +180,12 @@ def _impact_columns(trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
         **{place.name.lower(): contact[:, place] for place in _CONTACT},
         "string_deflection": q[:, strings.position],
         "string_tension": _tensions(mechanism, q, v),
-        **{
-            f"{name}_angle": q[:, place]
-            for name, place in zip(frame.names, frame.position, strict=True)
-        },
+        **{f"{plane}_angle": frame.angle(plane, q) for plane in dict.fromkeys(frame.planes)},
         "butt_position": kinematics.positions(motion, places["butt"]),
         "gsc_position": kinematics.positions(motion, places["gsc"]),
         "gsc_velocity": kinematics.velocities(motion, places["gsc"]),
         "tip_position": kinematics.positions(motion, places["tip"]),
-        "handle_acceleration": kinematics.handle_accelerations(motion, places["accelerometer"]),
+        "handle_acceleration": kinematics.sensor_accelerations(motion, places["accelerometer"]),
         "handle_quaternion": kinematics.quaternions(kinematics.rotations(motion, mechanism.handle)),
     }
 
@@ -198,6 +196,13 @@ def _tensions(
     strings = mechanism.strings
     dz = q[:, strings.position] @ strings.incidence.T
     rate = v[:, strings.velocity] @ strings.incidence.T
+    if strings.arms.size:
+        bent, bending = q[:, strings.arm_position], v[:, strings.arm_velocity]
+        sag, flow = (
+            np.einsum("sab,ma,mb->ms", strings.folds, bent, other) for other in (bent, bending)
+        )
+        dz, rate = dz + bent @ strings.arms.T, rate + bending @ strings.arms.T
+        return np.asarray(bent_stretch(dz, rate, sag, flow, strings.constants)[1])
     return np.asarray(spring_law(dz, rate, *strings.constants)[1])
 
 

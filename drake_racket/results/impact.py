@@ -27,7 +27,7 @@ from drake_racket.results.energy import (
     rigid_motion,
 )
 from drake_racket.results.history import make_history
-from drake_racket.results.kinematics import handle_accelerations
+from drake_racket.results.kinematics import sensor_accelerations
 from drake_racket.results.summary import summary_rows, summary_text
 from drake_racket.results.warnings import run_warnings
 
@@ -93,7 +93,8 @@ class ImpactResult:
         racket_angular_velocity: (3,) of the racket's rigid motion at the end.
         peak_handle_acceleration: largest magnitude at the frame `accelerometer`; None without the
             history, and from a discrete plant, which has no acceleration of an instant.
-        peak_in_plane_angle: largest magnitude of the frame's bending in the plane of the strings.
+        peak_in_plane_angle: largest magnitude of the frame's bending in the plane of the strings:
+            the sum of its joints' angles from butt to tip.
         peak_out_of_plane_angle: largest magnitude of the bending out of that plane.
         energy_error: largest |E(t) - E(0)| over the initial kinetic energy; without the history it
             and the next two are those at the end of the run.
@@ -187,9 +188,10 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
     motion = _racket_motion(trajectory)
     errors = _errors(energies, scenario)
     frame = trajectory.mechanism.frame
-    bending = dict(
-        zip(frame.names, np.max(np.abs(trajectory.state[:, frame.position]), axis=0), strict=True)
-    )
+    bending = {
+        plane: np.max(np.abs(frame.angle(plane, trajectory.state)))
+        for plane in dict.fromkeys(frame.planes)
+    }
     return ImpactResult(
         scenario=scenario,
         approach_velocity=approach,
@@ -272,7 +274,7 @@ def _peak_deflection(trajectory: Trajectory) -> float:
 def _peak_acceleration(trajectory: Trajectory) -> float | None:
     """Largest acceleration (m/s^2) at the frame `accelerometer`; None from a discrete plant."""
     place = trajectory.mechanism.places["accelerometer"]
-    magnitude = np.linalg.norm(handle_accelerations(trajectory.motion, place), axis=1)
+    magnitude = np.linalg.norm(sensor_accelerations(trajectory.motion, place), axis=1)
     return _peak(trajectory.time, magnitude) if np.isfinite(magnitude).all() else None
 
 

@@ -36,14 +36,14 @@ def velocities(motion: Motion, place: Place) -> Array:
     return spatial[:, 3:] + np.cross(spatial[:, :3], arms(motion, place))
 
 
-def handle_accelerations(motion: Motion, place: Place) -> Array:
-    """Gives the acceleration (m, 3) of a point of the handle, in the handle's axes (m/s^2).
+def sensor_accelerations(motion: Motion, place: Place) -> Array:
+    """Gives the acceleration (m, 3) of the accelerometer, in its segment's axes (m/s^2).
 
     a + alpha x r + w x (w x r): the rate of its velocity in the world; an accelerometer would read
     it less gravity.
     """
     r, w = arms(motion, place), motion.velocities[:, place.body, :3]
-    alpha, a = motion.handle_acceleration[:, :3], motion.handle_acceleration[:, 3:]
+    alpha, a = motion.sensor_acceleration[:, :3], motion.sensor_acceleration[:, 3:]
     total: Array = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
     return in_axes(rotations(motion, place.body), total)
 

@@ -32,6 +32,8 @@ from .modes.comparisons import string_bed_coupling as string_bed_coupling
 from .modes.frame_modes import fundamentals_table as fundamentals_table
 from .modes.frame_modes import modes_dataset as modes_dataset
 from .modes.frame_modes import published_fundamentals as published_fundamentals
+from .modes.modal_analysis import modal_system as modal_system
+from .modes.modal_analysis import solve_modes as solve_modes
 from .modes.shapes import PLANES as PLANES
 from .modes.shapes import SAMPLES as SAMPLES
 from .modes.shapes import check_samples as check_samples

@@ -23,7 +23,7 @@ from drake_racket.io.units import labelled
 from drake_racket.laws.bed import POINT_NUMBERS
 from drake_racket.laws.strings import generalized_forces
 from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
-from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
 
 if TYPE_CHECKING:

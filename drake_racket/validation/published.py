@@ -15,6 +15,9 @@ TOLERANCE_KINDS = ("relative", "absolute")
 OWN = ("input", "fit", "closed form")
 """What of the model's own a row compares it with: such rows could hardly fail."""
 
+OWN = ("input", "fit", "closed form")
+"""What of the model's own a row compares it with: such rows could hardly fail."""
+
 
 @dataclass(frozen=True)
 class PublishedValue(Schema):

@@ -21,6 +21,7 @@ from drake_racket.io.progress import Progress, Report
 from drake_racket.pool import leave_if_imported_again
 from drake_racket.store import KeptResults
 from drake_racket.validation.frame import force_plate, frame_modes, impact_hammer, inertia_bench
+from drake_racket.validation.hand import frame_and_hand
 from drake_racket.validation.impacts import (
     head_clamped,
     moving_racket,
@@ -37,6 +38,7 @@ SECTIONS: dict[str, tuple[str, Section]] = {
     "frame_modes": ("Modes of the frame", frame_modes),
     "impact_hammer": ("Impact hammer", impact_hammer),
     "inertia_bench": ("Inertia bench", inertia_bench),
+    "frame_and_hand": ("Shops' numbers, six segments, and the hand", frame_and_hand),
     "head_clamped": ("Head clamped, normal impacts", head_clamped),
     "oblique": ("Head clamped, oblique impacts", oblique),
     "moving_racket": ("Free, held and clamped racket", moving_racket),

@@ -29,7 +29,7 @@ def trade_off_figure(rows: Sequence[Mapping[str, float | str]], variables: Seque
         right.bar(places, heights, bottom=base, label=name.removesuffix(" [g]"), width=0.6)
         base = [b + h for b, h in zip(base, heights, strict=True)]
     right.set_xticks(list(places), [str(r["bound"]) for r in rows])
-    right.set(xlabel="bound on the force", ylabel="added mass (g)")
+    right.set(xlabel="bound on the peak force", ylabel="added mass (g)")
     right.set_ylim(0.0, 1.35 * max(base))
     for i, r in enumerate(rows):
         text = "\n".join(

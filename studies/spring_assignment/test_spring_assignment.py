@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from drake_racket.io.errors import InputError
 from drake_racket.parameters.racket import load_racket
-from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.string_bed import string_bed_model
 from studies.spring_assignment import scores
 from studies.spring_assignment.assignments import (
     GROUPINGS,

@@ -65,7 +65,7 @@ def test_motion_is_that_of_the_plant(ran):
 
 def test_accelerations_are_those_after_the_events(ran):
     case, system, trajectory, samples = ran
-    found = trajectory.motion.handle_acceleration
+    found = trajectory.motion.sensor_acceleration
     if case.scenario.time_step > 0.0:
         assert np.isnan(found).all()
         return
@@ -79,7 +79,7 @@ def test_accelerations_are_those_after_the_events(ran):
 def test_frames_move_as_the_plants_do(ran):
     case, system, trajectory, samples = ran
     racket, motion, places = system.impact.racket, trajectory.motion, trajectory.mechanism.places
-    felt = kinematics.handle_accelerations(motion, places["accelerometer"])
+    felt = kinematics.sensor_accelerations(motion, places["accelerometer"])
     for sample in samples:
         _, context = context_at(system, trajectory, sample, case)
         for name in ("butt", "gsc", "tip"):

@@ -88,10 +88,10 @@ def test_derivatives_of_the_residuals_against_differences(table):
 @pytest.mark.slow
 def test_what_the_data_do_not_determine_is_said(table):
     data = read_measured_impacts(table, BASE)
-    both = ["racket.head.moi_longitudinal", "racket.landmarks.accelerometer"]
-    fit = fit_impacts(data, BASE, both, options=Search(starts=1))
-    assert not np.isfinite(fit.estimates["racket.landmarks.accelerometer"].interval).any()
-    assert any("accelerometer" in text for text in fit.warnings)
+    both = ["ball.damping_low", "ball.sliding_distance_scale"]
+    fit = fit_impacts(data, BASE, both, options=Search(starts=1, tolerance=1e-4))
+    assert not np.isfinite(fit.estimates["ball.sliding_distance_scale"].interval).any()
+    assert any("sliding_distance" in text for text in fit.warnings)
 
 
 HEAD = "speed [m/s],rebound_speed [m/s]"

@@ -28,7 +28,7 @@ from drake_racket.parameters.quantities import (
 )
 from drake_racket.parameters.racket import check_racket, load_racket
 from drake_racket.plant.properties import frame_fundamentals, racket_properties
-from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.rigs.modes.bending import bending_mode
 from tests.conftest import BED, SPRINGS
 from tests.oracles.two_body import free_free_frequency

@@ -18,7 +18,8 @@ from drake_racket.laws.bed import grid_topology, named_topology
 from drake_racket.laws.strings import generalized_forces, stored_energy, tensions
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.racket import RacketParameters, load_racket
-from drake_racket.plant.racket import find_racket, string_bed_model
+from drake_racket.plant.racket import find_racket
+from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
 from tests.conftest import kb_cb
 from tests.oracles.clamped_impact import ClampedImpact

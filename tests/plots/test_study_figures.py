@@ -27,6 +27,7 @@ STUDIES = {
     "where_to_put_ten_grams": ["--quick"],
     "which_racket_for_my_swing": ["--quick"],
     "strings_or_frame_and_the_arm": ["--quick"],
+    "how_many_segments": ["--quick"],
 }
 
 

@@ -411,7 +411,7 @@ def test_regression_of_a_parabola_is_the_parabola(first, second, height, samples
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 @settings(max_examples=60, deadline=None)
 def test_exact_nodes_are_zeros_of_the_straight_pieces(butt, throat, tip):
-    marks = mode_shapes.exact_landmarks(np.array([butt, throat, tip]), 0.4, 0.7)
+    marks = mode_shapes.exact_landmarks(np.array([butt, throat, tip]), (0.0, 0.4, 0.7))
     for node, changes in zip(marks.nodes, (butt * throat < 0, throat * tip < 0), strict=True):
         if not np.isnan(node):
             assert changes

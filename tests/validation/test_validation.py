@@ -355,3 +355,23 @@ def test_bad_options_are_one_line(arguments, said, tmp_path, monkeypatch, capfd)
     (line,) = capfd.readouterr().err.splitlines()
     assert said in line
     assert not (tmp_path / "out").exists()
+
+
+def test_rows_of_frame_and_hand_say_which_could_hardly_fail():
+    own = {entry.key: entry.own for entry in load_published() if entry.own}
+    assert own["plate.kb_growth"] == "input"
+    assert own["plate.closed_form"] == "closed form"
+    assert not any(key.startswith(("hand.transfer", "shop", "places")) for key in own)
+
+
+def test_shops_numbers_and_hands(tmp_path):
+    rows = {row.published.key: row for row in validate(tmp_path, only=["frame_and_hand"])}
+    assert all(row.verdict == "agrees" for row in rows.values() if row.published.own == "fit")
+    for racket, kf in (("tour", 910.0), ("recreational", 1075.0)):
+        assert rows[f"shop.{racket}.kf"].model == kf
+        assert rows[f"shop.{racket}.kf"].verdict == "agrees"
+        assert rows[f"hand.{racket}.grip"].verdict == "agrees"
+    assert rows["shop.tour.mass"].model == pytest.approx(0.3089, abs=1e-4)
+    assert rows["shop.tour.frequency"].model == pytest.approx(127.8, abs=0.05)
+    assert rows["hand.transfer.frequency"].model < 0.88  # its node is farther from the hand
+    assert -0.3 < rows["aside.tour.50"].model < rows["aside.tour.25"].model < -0.05

@@ -19,7 +19,7 @@ from drake_racket.laws.bed import BedTopology
 from drake_racket.laws.contact import ball_constants
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
-from drake_racket.plant.racket import string_bed_model
+from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
 
 Array = NDArray[np.float64]

@@ -206,7 +206,7 @@ class CompiledImpact:
         loads = np.zeros((m, 6))
         see_motion(at.open_model(ints, start.floats), states, records, nodes, leaves, loads)
         poses, velocities = self._places.bodies(nodes, leaves)
-        handle = int(system.impact.racket.handle.index())
+        sensed = int(system.impact.racket.frame("accelerometer").body().index())
         hand_load = joint_torque = joint_reaction = None
         if system.grip is not None:
             hand_load = loads + self._joint_load(nodes)
@@ -219,7 +219,7 @@ class CompiledImpact:
             samples=chosen,
             poses=poses,
             velocities=velocities,
-            handle_acceleration=_acceleration(tree, nodes, handle),
+            sensor_acceleration=_acceleration(tree, nodes, sensed),
             hand_load=hand_load,
             joint_torque=joint_torque,
             joint_reaction=joint_reaction,
@@ -359,7 +359,10 @@ def _wiring(system: ImpactDiagram, root: Context) -> Wiring:
         limits = [] if limb.limits is None else [limb.limits]
     bushing = None if grip is None or grip.bushing is None else int(grip.bushing.index())
     welds = [grip.joint] if grip is not None and grip.kind == "weld" else []
-    return Wiring([impact], limits, torques, frame, losses, bushing, welds)
+    wrist = None if grip is None or grip.wrist is None else int(grip.wrist.index())
+    return Wiring(
+        [impact], limits, torques, frame, losses, grip=bushing, wrist=wrist, kept_welds=welds
+    )
 
 
 def run_compiled(case: Case, system: ImpactDiagram, *, every_sample: bool = True) -> Trajectory:

@@ -90,9 +90,14 @@ def mechanism_of(
         num_positions=plant.num_positions(),
         gravity=np.array(plant.gravity_field().gravity_vector()),
         limb=None if parts.limb is None else _limb(parts.limb, plant, root),
+        hand=_hand(parts.grip),
         landmarks=tuple(landmarks),
         segments=tuple(segments),
     )
+
+
+def _hand(grip: Grip | None) -> int | None:
+    return None if grip is None or grip.body is None else int(grip.body.index())
 
 
 def _key(landmark: str) -> str:
@@ -122,6 +127,7 @@ def _frame_joints(impact: Impact, context: Context) -> FrameJointNumbers:
     joints = racket.frame_joints
     return FrameJointNumbers(
         names=tuple(joint.name() for joint in joints),
+        planes=tuple(joint.plane for joint in racket.parameters.frame_joints()),
         position=_indices(joint.position_start() for joint in joints),
         velocity=_indices(joint.velocity_start() for joint in joints),
         stiffness=np.array([joint.stiffness for joint in racket.joint_constants(context)]),
@@ -135,6 +141,7 @@ def _indices(numbers: Any) -> NDArray[np.int64]:
 def _strings(impact: Impact, root: Context) -> StringNumbers:
     racket = impact.racket
     topology = racket.parameters.bed_topology()
+    at, count = impact.string_bed.at, len(topology.points)
     return StringNumbers(
         points=topology.points,
         springs=topology.names,
@@ -143,6 +150,10 @@ def _strings(impact: Impact, root: Context) -> StringNumbers:
         velocity=_indices(joint.velocity_start() for joint in racket.string_joints),
         incidence=topology.incidence,
         constants=impact.string_bed.spring_constants(impact.string_bed.GetMyContextFromRoot(root)),
+        arms=impact.string_bed.model.arms,
+        folds=impact.string_bed.model.folds,
+        arm_position=at.positions[count:],
+        arm_velocity=at.velocities[count:],
     )
 
 

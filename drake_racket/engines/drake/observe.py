@@ -114,8 +114,8 @@ class Observer:
         if self._discrete:
             row.append(_UNKNOWN)
         else:
-            handle = parts.impact.racket.handle
-            row.append(handle.EvalSpatialAccelerationInWorld(context).get_coeffs())
+            sensed = parts.impact.racket.frame("accelerometer").body()
+            row.append(sensed.EvalSpatialAccelerationInWorld(context).get_coeffs())
         if parts.grip_load is not None:
             row.append(self._load_port.Eval(self._grip_load))
         if parts.limb is not None:

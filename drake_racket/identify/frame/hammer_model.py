@@ -30,6 +30,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from scipy.signal import lfilter
 
 from drake_racket.parameters.racket import RacketParameters
+from drake_racket.parameters.segments import need_two
 from drake_racket.plant.racket import add_racket
 from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS
 
@@ -130,7 +131,11 @@ def hammered_frame(racket: RacketParameters, direction: str, place: float) -> Ha
     Args:
         direction: `in_plane` or `out_of_plane`.  place: m from the butt, on the handle.
 
+    Raises:
+        InputError: a frame of more than two segments.
+
     """
+    need_two(racket, "hammered_frame: racket")
     plant = MultibodyPlant(0.0)
     added = add_racket(plant, racket, strung=False)
     plant.Finalize()

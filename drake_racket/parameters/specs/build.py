@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from drake_racket.io.errors import InputError
+from drake_racket.parameters.frame import Part, ThroatJoint
 from drake_racket.parameters.quantities import Quantity, Spread
 from drake_racket.parameters.racket import (
     RACKETS,
     Landmarks,
-    Part,
     RacketParameters,
-    ThroatJoint,
     check_racket,
     load_racket,
 )

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, LeafSystem_
+from pydrake.systems.primitives import Adder
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.io.errors import InputError
@@ -85,7 +87,10 @@ EnergyMeter = on_float(EnergyMeter_)
 
 
 def add_energy_meter(
-    builder: DiagramBuilder, plant: MultibodyPlant, impact: Impact, grip_load: Any | None = None
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    impact: Impact,
+    grip_load: Any | Sequence[Any] | None = None,
 ) -> Any:
     """Adds an EnergyMeter to the systems of one impact (with a ball) and returns it.
 
@@ -93,7 +98,8 @@ def add_energy_meter(
     values, call `set_meter_parameters` before the run.
 
     Args:
-        grip_load: the GripLoad of the hand that holds the racket, if one does.
+        grip_load: the GripLoad of the hand that holds the racket, if one does; of a hand that has
+            mass both of its sides, in a list.
 
     Raises:
         InputError: the impact has no ball.
@@ -101,6 +107,9 @@ def add_energy_meter(
     """
     if impact.contact is None:
         raise InputError("add_energy_meter: impact", "without a ball", "an impact with a ball")
+    loads: list[Any] = [] if grip_load is None else [grip_load]
+    if isinstance(grip_load, Sequence):
+        loads = list(grip_load)
     offset = plant.num_positions()
     racket = impact.racket
     rates = tuple(offset + joint.velocity_start() for joint in racket.frame_joints)
@@ -113,15 +122,21 @@ def add_energy_meter(
             plant.num_multibody_states(),
             rates,
             (*dampings, float(strings)),
-            grip_load is not None,
+            bool(loads),
         ),
     )
     builder.Connect(impact.contact.GetOutputPort("power"), meter.GetInputPort("power"))
     builder.Connect(plant.get_state_output_port(), meter.GetInputPort("state"))
     strings = impact.string_bed.GetOutputPort("string_energy")
     builder.Connect(strings, meter.GetInputPort("string_energy"))
-    if grip_load is not None:
-        builder.Connect(grip_load.GetOutputPort("power"), meter.GetInputPort("grip_power"))
+    powers = [load.GetOutputPort("power") for load in loads]
+    if len(powers) > 1:
+        adder = builder.AddNamedSystem(f"{name}_grip_power", Adder(len(powers), 1))
+        for i, power in enumerate(powers):
+            builder.Connect(power, adder.get_input_port(i))
+        powers = [adder.get_output_port()]
+    if powers:
+        builder.Connect(powers[0], meter.GetInputPort("grip_power"))
     return meter
 
 

@@ -15,7 +15,11 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_racket.laws.bed import BedTopology
 from drake_racket.laws.compilation import HAS_NUMBA, compiled
 from drake_racket.laws.strings import (
+    add_bent_forces,
     add_generalized_forces,
+    bent_energy,
+    bent_forces,
+    bent_stretch,
     dissipated_power,
     generalized_forces,
     stored_energy,
@@ -34,6 +38,9 @@ class StringBedModel:
         stiffness_index, rim_factor_index: (m,) 0-based; a rim factor index of -1 means none.
         initial_tension: T0 (N).  damping: c (N s/m).
         lengths: (m,) rest lengths (m).
+        arms: (m, j) rate of a spring's height per angle of j joints of the frame (m/rad): where the
+            rim that it ends on bends away from the masses' plane. Empty (m, 0) of a rigid head.
+        folds: (m, j, j) F of `laws.strings` (m^2).
 
     """
 
@@ -45,6 +52,13 @@ class StringBedModel:
     initial_tension: float
     damping: float
     lengths: NDArray[np.float64]
+    arms: NDArray[np.float64]
+    folds: NDArray[np.float64]
+
+    @property
+    def incidence(self) -> NDArray[np.float64]:
+        """Gives (m, n + j) A with dz = A [z; q]: of the topology, and of the frame's joints."""
+        return np.concatenate([self.topology.incidence, self.arms], axis=1)
 
 
 def spring_constants(model: StringBedModel) -> NDArray[np.float64]:
@@ -66,15 +80,16 @@ def _resolve(model: StringBedModel, k: Any, p: Any, t0: Any, c: Any, length0: An
 
 @dataclass(frozen=True)
 class StringCoordinates:
-    """Says where the string joints sit in the plant's state vector [q; v]."""
+    """Says where string joints, then frame joints of `arms`, are in the state vector [q; v]."""
 
-    positions: NDArray[np.int64]  # (n,) indices into q
-    velocities: NDArray[np.int64]  # (n,) indices into v
+    positions: NDArray[np.int64]  # (n + j,) indices into q
+    velocities: NDArray[np.int64]  # (n + j,) indices into v
     num_positions: int
     num_velocities: int
 
 
 _COMPILED = compiled(add_generalized_forces) if HAS_NUMBA else None
+_BENT = compiled(add_bent_forces) if HAS_NUMBA else None
 
 
 @TemplateSystem.define("StringBed_", scope=sys.modules[__name__])
@@ -87,7 +102,8 @@ def StringBed_(T: Any) -> Any:
         Input ports:
             state: the plant's multibody state [q; v] (m, rad, m/s, rad/s).
         Output ports:
-            generalized_force (nv): forces on the string joints (N), zero elsewhere.
+            generalized_force (nv): forces on the string joints (N) and, where springs end on a
+                rim that bends, torques on the frame's joints (N m); zero elsewhere.
             string_tension (m): N, in the order of the topology's springs.
             string_deflection (n): m, of the masses along the head's z.
             string_energy (2): stored energy (J), power lost in string damping (W).
@@ -105,7 +121,8 @@ def StringBed_(T: Any) -> Any:
             LeafSystem_[T].__init__(self, converter)
             self.model = model
             self.at = at
-            self._ends, self._incidence = model.topology.ends, model.topology.incidence
+            self._ends, self._incidence = model.topology.ends, model.incidence
+            self._rigid = model.arms.size == 0
             self._rows = at.positions, at.num_positions + at.velocities, at.velocities
             self._q, self._v, self._out = map(_as_slice, self._rows)
             self._force = np.array([T(0.0)] * at.num_velocities)  # 0 but for the masses
@@ -153,7 +170,14 @@ def StringBed_(T: Any) -> Any:
         def _calc_force(self, context: Any, output: Any) -> None:
             state, springs = self._state.Eval(context), self._springs.Eval(context)
             force = self._force
-            if T is float and _COMPILED is not None:
+            if T is float and _BENT is not None and not self._rigid:
+                q, v, rows = self._rows
+                arms, folds = self.model.arms, self.model.folds
+                _BENT(state, q, v, springs, self._ends, arms, folds, force, rows)
+            elif not self._rigid:
+                z, zdot, folds = state[self._q], state[self._v], self.model.folds
+                force[self._out] = bent_forces(z, zdot, springs, self._incidence, folds)
+            elif T is float and _COMPILED is not None:
                 q, v, rows = self._rows
                 _COMPILED(state, q, v, springs, self._ends, force, rows)
             else:
@@ -165,17 +189,36 @@ def StringBed_(T: Any) -> Any:
             state = self._state.Eval(context)
             springs = self._springs.Eval(context)
             z, zdot = state[self._q], state[self._v]
-            output.SetFromVector(tensions(z, zdot, springs, self._incidence))
+            if self._rigid:
+                output.SetFromVector(tensions(z, zdot, springs, self._incidence))
+            else:
+                output.SetFromVector(self._bent(z, zdot, springs)[3])
 
         def _calc_deflections(self, context: Any, output: Any) -> None:
-            output.SetFromVector(self._state.Eval(context)[self._q])
+            heights = self._state.Eval(context)[self._q]
+            output.SetFromVector(heights[: len(self.model.topology.points)])
 
         def _calc_energy(self, context: Any, output: Any) -> None:
             state = self._state.Eval(context)
             springs = self._springs.Eval(context)
             z, zdot = state[self._q], state[self._v]
-            output[0] = stored_energy(z, springs, self._incidence)
-            output[1] = dissipated_power(z, zdot, springs, self._incidence)
+            if self._rigid:
+                output[0] = stored_energy(z, springs, self._incidence)
+                output[1] = dissipated_power(z, zdot, springs, self._incidence)
+                return
+            dz, sag, stretching, _ = self._bent(z, zdot, springs)
+            output[0] = np.sum(bent_energy(dz, sag, springs))
+            output[1] = np.sum(springs[3] * stretching * stretching)
+
+        def _bent(self, z: Any, zdot: Any, springs: Any) -> tuple[Any, Any, Any, Any]:
+            """Heights (m), sags (m^2), rates of length (m/s) and tensions (N) over a bent frame."""
+            count = self.model.folds.shape[1]
+            folded = self.model.folds @ z[-count:]
+            dz, rate = self._incidence @ z, self._incidence @ zdot
+            sag = np.sum(folded * z[-count:], axis=1)
+            flow = np.sum(folded * zdot[-count:], axis=1)
+            length, tension = bent_stretch(dz, rate, sag, flow, springs)
+            return dz, sag, (dz * rate - flow) / length, tension
 
     return Impl
 

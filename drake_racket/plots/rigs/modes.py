@@ -31,6 +31,9 @@ _TITLES = {
 }
 
 
+_BODIES = {2: "two"}
+
+
 def frame_modes_figure(modes: xarray.Dataset, racket: RacketParameters) -> Figure:
     """Draws the bending mode in each plane, exaggerated, with its nodes and antinodes.
 
@@ -44,7 +47,10 @@ def frame_modes_figure(modes: xarray.Dataset, racket: RacketParameters) -> Figur
     panels = figure.subplots(2, 1, sharex=True, height_ratios=[150.0, 290.0])
     for axes, plane in zip(panels, ("out_of_plane", "in_plane"), strict=True):
         joint = modes["strain_share"].sel(element=plane).to_numpy()
-        _draw_mode(axes, modes.isel(mode=int(np.argmax(joint))), plane, racket)
+        at = int(np.argmax(joint))
+        if modes.attrs["segments"] > 2:  # the lowest that bends there
+            at = modes["kind"].to_numpy().tolist().index(plane)
+        _draw_mode(axes, modes.isel(mode=at), plane, racket)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
     panels[-1].set_xlabel("distance from the butt (mm)")
@@ -57,7 +63,8 @@ def frame_modes_figure(modes: xarray.Dataset, racket: RacketParameters) -> Figur
 
 
 def _draw_mode(axes: Any, mode: xarray.Dataset, plane: str, racket: RacketParameters) -> None:
-    x = 1e3 * mode["x"].to_numpy()
+    x, count = 1e3 * mode["x"].to_numpy(), int(mode.attrs["segments"])
+    bodies = f"{_BODIES.get(count, count)} rigid bodies"
     shape = mode["shape"].sel(direction=plane).to_numpy()
     at_throat = shape[np.argmin(np.abs(x - 1e3 * racket.handle.length.value))]
     # drawn with the throat up, whatever sign the normalisation gave
@@ -66,7 +73,7 @@ def _draw_mode(axes: Any, mode: xarray.Dataset, plane: str, racket: RacketParame
         draw_outline(axes, racket)
     else:
         axes.plot([x[0], x[-1]], [0.0, 0.0], color="0.6", lw=1.2, zorder=1)
-    axes.plot(x, scale * shape, color=BLUE, lw=2, label="two rigid bodies")
+    axes.plot(x, scale * shape, color=BLUE, lw=2, label=bodies)
     axes.plot(x, -scale * shape, color=BLUE, lw=0.8, alpha=0.5, label="half a period later")
     axes.plot(
         x, scale * mode["fit"], color=VERMILION, ls="--", lw=1.2, label="quadratic regression"

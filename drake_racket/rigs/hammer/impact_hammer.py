@@ -31,8 +31,10 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.io.units import labelled
+from drake_racket.parameters.frame import FrameJoint
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.scenario import IntegratorSettings
+from drake_racket.parameters.segments import segment_at
 from drake_racket.plant.racket import Racket, add_racket
 from drake_racket.rigs.hammer.force import HammerForce, Pulse, half_sine
 
@@ -72,21 +74,23 @@ class HammerRig:
         joint: tuple[float, float] | None = None,
         duration: float = DURATION,
         rate: float = HAMMER_SAMPLE_RATE,
-        settings: IntegratorSettings = STEP,
+        settings: IntegratorSettings | None = None,
     ) -> xarray.Dataset:
         """Strikes the racket at rest.
 
         Args:
             pulse: another pulse of the same kind (and number of samples) than the rig's.
-            joint: kf (N m/rad) and cf (N m s/rad) of the bending in the direction of the hit, in
-                place of the racket's.
+            joint: kf (N m/rad) and cf (N m s/rad) of the throat joint in the direction of the
+                hit, in place of the racket's; of more than two segments all joints of that plane
+                change with them.
             duration: s from the start of the pulse, which it must be longer than; up to 1 s.
             rate: Hz of the samples, 1 kHz to 200 kHz.
+            settings: of the integration; None: fixed steps, short enough for the frame.
 
         Returns:
             A dataset over `time` (s, in the pulse's own time): `force` (N), `acceleration`
-            (m/s^2), `joint_angle` (rad, the handle's joint in the plane of the hit) and `momentum`
-            (N s, the racket's, along the direction of the hit at rest).
+            (m/s^2), `joint_angle` (rad, the sum over the frame's joints in the plane of the hit)
+            and `momentum` (N s, the racket's, along the direction of the hit at rest).
 
         Raises:
             InputError: a number out of range, or a pulse of another kind.
@@ -103,7 +107,7 @@ class HammerRig:
             raise InputError("rate", rate, "1e3 to 2e5 Hz")
         root = self._context(pulse, joint)
         simulator = Simulator(self.diagram, root)
-        configure_integrator(simulator, settings)
+        configure_integrator(simulator, settings or self._settings(root))
         root = simulator.get_mutable_context()
         time = pulse.start + np.arange(round(duration * rate) + 1) / rate
         samples = np.empty((len(time), 4))
@@ -131,13 +135,38 @@ class HammerRig:
                 if not (math.isfinite(number) and number >= 0.0):
                     raise InputError(f"joint: {key}", number, "a finite number, 0 or more")
             context = self.plant.GetMyMutableContextFromRoot(root)
-            kf, cf = joint
             joints = [
-                replace(own, stiffness=kf, damping=cf) if own.name == self.direction else own
+                self._scaled(own, *joint) if own.plane == self.direction else own
                 for own in self.racket.joint_constants(context)
             ]
             self.racket.set_joint_constants(context, joints)
         return root
+
+    def _scaled(self, own: FrameJoint, kf: float, cf: float) -> FrameJoint:
+        """A joint of the plane of the hit with other kf and cf of the throat joint."""
+        if len(self.racket.segments) == 2:
+            return replace(own, stiffness=kf, damping=cf)
+        stiffness, damping = self.racket.parameters.throat_joint.constants(self.direction)
+        return replace(
+            own,
+            stiffness=own.stiffness * kf / stiffness,
+            damping=own.damping * cf / damping if damping else own.stiffness * cf / stiffness,
+        )
+
+    def _settings(self, root: Context) -> IntegratorSettings:
+        """Fixed steps of at most a quarter of a radian of the frame's fastest vibration."""
+        if len(self.racket.segments) == 2:
+            return STEP
+        context = self.plant.GetMyContextFromRoot(root)
+        mass = self.plant.CalcMassMatrix(context)
+        stiffness = np.zeros_like(mass)
+        for joint, own in zip(
+            self.racket.frame_joints, self.racket.joint_constants(context), strict=True
+        ):
+            at = joint.velocity_start()
+            stiffness[at, at] = own.stiffness
+        fastest = math.sqrt(float(np.max(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)))
+        return replace(STEP, maximum_step=min(STEP.maximum_step, 0.25 / fastest))
 
     def _read(self, root: Context) -> tuple[float, float, float, float]:
         context = self.plant.GetMyContextFromRoot(root)
@@ -147,11 +176,11 @@ class HammerRig:
         R_WS = self.sensor.CalcPoseInWorld(context).rotation().matrix()
         a_WS_W = self.sensor.CalcSpatialAccelerationInWorld(context).translational()
         momentum = self.plant.CalcSpatialMomentumInWorldAboutPoint(context, np.zeros(3))
-        joint = getattr(self.racket, self.direction)
+        angles = [joint.get_angle(context) for joint in self.racket.joints_of(self.direction)]
         return (
             float(self.hammer.GetOutputPort("force").Eval(hammer)[0]),
             float(along @ R_WS.T @ a_WS_W),
-            float(joint.get_angle(context)),
+            float(sum(angles)),
             float(along @ momentum.translational()),
         )
 
@@ -224,14 +253,15 @@ def make_hammer_rig(
     builder = DiagramBuilder()
     plant = builder.AddNamedSystem("plant", MultibodyPlant(0.0))
     racket = add_racket(plant, parameters, strung=False)
-    sensor = plant.AddFrame(
-        FixedOffsetFrame("hammer", racket.handle.body_frame(), RigidTransform(p_RoH_R))
-    )
+    segments = parameters.frame_segments()
+    hit = segment_at(segments, place)
+    body, p_BoH_B = racket.segments[hit], p_RoH_R - [segments[hit].origin, 0.0, 0.0]
+    sensor = plant.AddFrame(FixedOffsetFrame("hammer", body.body_frame(), RigidTransform(p_BoH_B)))
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     plant.Finalize()
     along = np.array(DIRECTIONS[direction])
     hammer = builder.AddNamedSystem(
-        "hammer", HammerForce(pulse, int(racket.handle.index()), p_RoH_R, along, plant)
+        "hammer", HammerForce(pulse, int(body.index()), p_BoH_B, along, plant)
     )
     builder.Connect(plant.get_state_output_port(), hammer.GetInputPort("state"))
     builder.Connect(

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.racket import Part, RacketParameters
+from drake_racket.parameters.frame import Part
+from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.properties import SWINGWEIGHT_AXIS
 from drake_racket.rigs.input_checks import (
     check_finite,

@@ -11,6 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from drake_racket.io.signals import Signal
 from drake_racket.parameters.racket import RacketParameters
+from drake_racket.parameters.segments import need_two
 from drake_racket.plant.racket import add_racket
 
 if TYPE_CHECKING:
@@ -59,7 +60,12 @@ def bending_mode(parameters: RacketParameters, direction: str) -> BendingMode:
 
     With both momenta zero, the handle's velocity V follows from the joint's rate q':
     M_VV V + M_Vq q' = 0, and the kinetic energy is J q'^2 / 2, J = M_qq - M_qV M_VV^-1 M_Vq.
+
+    Raises:
+        InputError: a frame of more than two segments, which has several modes in a plane.
+
     """
+    need_two(parameters, "bending_mode: parameters")
     plant = MultibodyPlant(0.0)
     racket = add_racket(plant, parameters, strung=False)
     plant.Finalize()

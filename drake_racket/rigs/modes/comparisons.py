@@ -15,7 +15,7 @@ strain energy is in the throat joint for the third, then the second, then the fi
 A hand that is springs to a place at rest cannot lower a frequency. Players' hands do lower the
 first bending frequencies as they grip harder (Chadefaux, Rao, Le Carrou, Berton & Vigouroux, "The
 effects of player grip on the dynamic behaviour of a tennis racket", abstract, HAL hal-01440222):
-one more thing that springs alone leave out, such as the hand's mass.
+a hand needs mass for that (grip kind `hand`, presets `hand_light` to `hand_tight`; Savage 2006).
 """
 
 from __future__ import annotations

@@ -22,8 +22,13 @@ from numpy.typing import NDArray
 from drake_racket.io.errors import InputError
 from drake_racket.io.units import labelled
 from drake_racket.laws.bed import BedTopology
+from drake_racket.parameters.frame import JOINT_READINGS
 from drake_racket.parameters.grip import GripStiffness
-from drake_racket.parameters.racket import JOINT_READINGS, RACKETS, load_racket
+from drake_racket.parameters.racket import (
+    RACKETS,
+    RacketParameters,
+    load_racket,
+)
 from drake_racket.rigs.modes.modal_analysis import (
     SUPPORTS,
     Modes,
@@ -58,7 +63,7 @@ def published_antinodes(racket: str) -> tuple[float, float]:
 
 
 def modes_dataset(
-    racket: str = "tour",
+    racket: str | RacketParameters = "tour",
     tension: str = "low",
     joint_reading: str | None = None,
     *,
@@ -70,7 +75,8 @@ def modes_dataset(
     """Computes all modes of one racket that vibrate.
 
     Args:
-        racket, tension, joint_reading: as `load_racket`.
+        racket, tension, joint_reading: as `load_racket`; or a racket's parameters, whose frame
+            may have any number of segments.
         strung, support, grip: as `modal_system`.
         samples: points along the axis that the regression takes.
 
@@ -84,11 +90,14 @@ def modes_dataset(
     """
     import xarray
 
-    parameters = load_racket(racket, tension, joint_reading=joint_reading)
+    if isinstance(racket, RacketParameters):
+        parameters, racket = racket, racket.name
+    else:
+        parameters = load_racket(racket, tension, joint_reading=joint_reading)
     places = sample_points(parameters, samples)
     modes = solve_modes(modal_system(parameters, strung=strung, support=support, grip=grip))
     shapes = mode_shapes(modes)
-    x = np.unique(np.append(np.linspace(0.0, shapes.tip, 101), shapes.throat))
+    x = np.unique(np.append(np.linspace(0.0, shapes.tip, 101), shapes.places[1:-1]))
     variables = {
         **_frequency_variables(modes),
         **_shape_variables(shapes, x),
@@ -106,7 +115,7 @@ def modes_dataset(
             "plane": ("mode", planes, {"long_name": "plane in which the axis moves"}),
             "element": list(modes.elements),
             "direction": list(PLANES),
-            "part": ["handle", "head"],
+            "part": _node_names(parameters, variables["node_exact"][1].shape[1]),
             "x": labelled("x", x, "m", "from the butt along the axis"),
         },
         attrs={
@@ -119,7 +128,8 @@ def modes_dataset(
             "grip": modes_grip(support, grip),
             "rigid_motions": modes.rigid_motions,
             "samples": samples,
-            "note": "two rigid bodies: the exact antinode is the hinge by construction",
+            "segments": len(parameters.frame_segments()),
+            **_note(parameters),
         },
     )
 
@@ -185,15 +195,16 @@ def _landmark_variables(
             fitted.append(NO_LANDMARKS)
             continue
         direction = PLANES.index(plane)
-        exact.append(exact_landmarks(shapes.corners[i, direction], shapes.throat, shapes.tip))
+        exact.append(exact_landmarks(shapes.corners[i, direction], shapes.places))
         fit = quadratic_fit(places, displacements[i, direction])
         fitted.append(regression_landmarks(fit, shapes.tip))
         fits[i] = fit(x)
     variables = {"fit": labelled(("mode", "x"), fits, "1", "quadratic fit to the displacements")}
+    count = max(len(marks.nodes) for marks in (*exact, *fitted))
     for name, found in (("exact", exact), ("regression", fitted)):
         variables[f"node_{name}"] = labelled(
             ("mode", "part"),
-            np.array([marks.nodes for marks in found]),
+            _nodes(found, count),
             "m",
             f"node from the butt, {name}",
         )
@@ -204,6 +215,25 @@ def _landmark_variables(
             f"antinode from the butt, {name}",
         )
     return variables
+
+
+def _note(parameters: RacketParameters) -> dict[str, str]:
+    if len(parameters.frame_segments()) > 2:
+        return {}
+    return {"note": "two rigid bodies: the exact antinode is the hinge by construction"}
+
+
+def _nodes(found: Sequence[ModeLandmarks], count: int) -> NDArray[np.float64]:
+    """Nodes (modes, count), nan where a mode has fewer."""
+    rows = [[*marks.nodes, *[np.nan] * (count - len(marks.nodes))] for marks in found]
+    return np.array(rows)
+
+
+def _node_names(parameters: RacketParameters, count: int) -> list[str]:
+    """Names of the nodes: of two segments the body that has it."""
+    if len(parameters.frame_segments()) == 2:
+        return ["handle", "head"]
+    return [f"node_{i + 1}" for i in range(count)]
 
 
 def string_variables(strings: NDArray[np.float64], bed: BedTopology) -> dict[str, Any]:

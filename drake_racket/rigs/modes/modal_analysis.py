@@ -11,8 +11,9 @@ with v = u', M from the plant and qdot = N v; K and M are symmetric. From them c
 - the damped ones: eigenvalues lambda of Drake's state matrix, with complex shapes, each paired with
   the undamped mode that it overlaps most (M-weighted). Damping ratio -Re(lambda)/|lambda|.
 
-A mode is named after where its strain energy is, not after its place in a list: `in_plane` or
-`out_of_plane` (the throat joint's two springs), `string_bed`, or `rigid` (the grip: the racket
+A mode is named after where its strain energy is, not after its place in a list: `in_plane`,
+`out_of_plane` (the frame's joints about z and y) or `torsion` (about x, of more than two segments),
+`string_bed`, or `rigid` (the grip: the racket
 moves in the hand without bending). Modes without strain energy are the motions of a free rigid
 body; they are counted and left out.
 
@@ -83,7 +84,8 @@ class Modes:
         shapes: (nv, n) undamped, in the plant's velocities, mass-normalised.
         complex_shapes: (nv, n) damped, of the same mass norm and in phase with `shapes`; nan where
             overdamped.
-        elements: what stores strain energy: the frame's joints, the strings and the hand.
+        elements: what stores strain energy: the frame's joints by their planes, the strings and
+            the hand.
         kinds: of each mode, the element with the largest share; `rigid` if that is the hand.
         strain_shares: (n, elements) share of each in the strain energy.
         rigid_motions: number of motions without strain energy, which are left out.
@@ -102,16 +104,21 @@ class Modes:
     rigid_motions: int
 
     def bending(self, plane: str) -> int:
-        """Gives index of the mode with the largest share of its strain energy in one joint spring.
+        """Gives the index of the lowest mode that bends (or twists) the frame in one plane.
+
+        Of two segments that is the mode with the largest share of its strain energy in that joint.
 
         Raises:
-            InputError: `plane` is no joint of the frame: in_plane, out_of_plane.
+            InputError: `plane` is none of the frame's: in_plane, out_of_plane, torsion.
 
         """
-        joints = [joint.name() for joint in self.system.racket.frame_joints]
-        if plane not in joints:
-            raise InputError("Modes.bending: plane", plane, ", ".join(joints))
-        return int(np.argmax(self.strain_shares[:, self.elements.index(plane)]))
+        planes = self.elements[:-2]
+        if plane not in planes:
+            raise InputError("Modes.bending: plane", plane, ", ".join(planes))
+        shares = self.strain_shares[:, self.elements.index(plane)]
+        if len(self.system.racket.segments) > 2 and plane in self.kinds:
+            return self.kinds.index(plane)
+        return int(np.argmax(shares))
 
 
 def modal_system(
@@ -127,7 +134,7 @@ def modal_system(
         strung: with string masses and string-bed; False gives the bare frame.
         support: `free`; `clamped_handle` and `clamped_head` hold that body; `grip` holds the
             racket's grip frame by a hand fixed in the world.
-        grip: of support `grip`; the shipped one if None.
+        grip: of support `grip`; the shipped one if None. One whose hand has mass is of kind `hand`.
 
     Raises:
         InputError: unknown support, or a grip with a support that has none.
@@ -142,14 +149,19 @@ def modal_system(
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     hand = None
     if support == "grip":
-        racket, hand = add_hand_held_racket(plant, parameters, grip or load_grip(), strung=strung)
+        grip = grip or load_grip()
+        kind = "compliant" if grip.hand is None else "hand"
+        racket, hand = add_hand_held_racket(plant, parameters, grip, kind=kind, strung=strung)
     else:
         racket = add_supported_racket(plant, parameters, support, strung=strung)
     plant.Finalize()
     if strung:
         add_impact(builder, plant, racket)
     diagram = builder.Build()
-    return ModalSystem(diagram, diagram.CreateDefaultContext(), plant, racket, hand)
+    context = diagram.CreateDefaultContext()
+    if hand is not None:
+        hand.rest(context)
+    return ModalSystem(diagram, context, plant, racket, hand)
 
 
 @dataclass(frozen=True)
@@ -230,39 +242,51 @@ def _damped(
 
 
 def strain_elements(parameters: RacketParameters) -> tuple[str, ...]:
-    """Tells what stores strain energy: the frame's joints, the strings, and the hand."""
-    return (*(joint.name for joint in parameters.frame_joints()), STRINGS, GRIP)
+    """Tells what stores strain energy: the frame's joints by plane, the strings, and the hand."""
+    planes = dict.fromkeys(joint.plane for joint in parameters.frame_joints())
+    return (*planes, STRINGS, GRIP)
 
 
 def _strain_shares(
     system: ModalSystem, linear: LinearSystem, shapes: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Share (n, elements) of each of `strain_elements` in the strain energy v^T K v / 2."""
-    plant, racket = system.plant, system.racket
+    racket = system.racket
     total = np.einsum("ij,ik,kj->j", shapes, linear.stiffness, shapes)
     constants = racket.joint_constants(system.plant_context())
-    energies = np.zeros((shapes.shape[1], len(constants) + 2))
-    for column, (joint, found) in enumerate(zip(racket.frame_joints, constants, strict=True)):
-        energies[:, column] = found.stiffness * shapes[joint.velocity_start()] ** 2
-    if racket.string_joints:
+    elements = strain_elements(racket.parameters)
+    energies = np.zeros((shapes.shape[1], len(elements)))
+    for joint, found in zip(racket.frame_joints, constants, strict=True):
+        stored = found.stiffness * shapes[joint.velocity_start()] ** 2
+        energies[:, elements.index(found.plane)] += stored
+    if racket.string_joints and len(racket.segments) == 2:
         at = [joint.velocity_start() for joint in racket.string_joints]
         block = linear.stiffness[np.ix_(at, at)]
         energies[:, -2] = np.einsum("ij,ik,kj->j", shapes[at], block, shapes[at])
     if system.grip is not None:
-        context, bushing = system.plant_context(), system.grip.bushing
-        assert bushing is not None  # the modal rig's grip is compliant
-        jacobian = plant.CalcJacobianSpatialVelocity(
-            context,
-            JacobianWrtVariable.kV,
-            system.grip.racket_frame,
-            [0.0, 0.0, 0.0],
-            system.grip.hand_frame,
-            system.grip.hand_frame,
-        )
-        stiffness = np.append(
-            bushing.GetTorqueStiffnessConstants(context),
-            bushing.GetForceStiffnessConstants(context),
-        )
-        energies[:, -1] = stiffness @ (jacobian @ shapes) ** 2
+        grips = [grip for grip in (system.grip, system.grip.wrist_side()) if grip is not None]
+        energies[:, -1] = np.sum([_held(system, grip, shapes) for grip in grips], axis=0)
+    if racket.string_joints and len(racket.segments) > 2:  # strings that end on other segments
+        energies[:, -2] = total - np.sum(energies, axis=1)
     shares: NDArray[np.float64] = energies / total[:, np.newaxis]
     return shares
+
+
+def _held(system: ModalSystem, grip: Grip, shapes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Twice the energy (n,) in a grip's springs."""
+    context, bushing = system.plant_context(), grip.bushing
+    assert bushing is not None  # the modal rig's grips are compliant
+    jacobian = system.plant.CalcJacobianSpatialVelocity(
+        context,
+        JacobianWrtVariable.kV,
+        grip.racket_frame,
+        [0.0, 0.0, 0.0],
+        grip.hand_frame,
+        grip.hand_frame,
+    )
+    stiffness = np.append(
+        bushing.GetTorqueStiffnessConstants(context),
+        bushing.GetForceStiffnessConstants(context),
+    )
+    energy: NDArray[np.float64] = stiffness @ (jacobian @ shapes) ** 2
+    return energy

@@ -1,10 +1,12 @@
 """Computes mode shapes along the racket's axis: displacements, nodes and antinodes.
 
-Two rigid bodies on a hinge move along the axis in two straight pieces. So what the model can give:
+Rigid segments on hinges move along the axis in straight pieces. So what the model can give:
 
-- *exactly*: each body has at most one node, which inertia alone decides for a free racket (momentum
-  balance), and the antinode between two nodes is the hinge, in both planes, by construction: the
-  model holds the antinodes' mean position, not the up to 25 mm between them;
+- *exactly*: of two bodies each has at most one node, which inertia alone decides for a free racket
+  (momentum balance), and the antinode between two nodes is the hinge, in both planes, by
+  construction: the model holds the antinodes' mean position, not the up to 25 mm between them; of
+  more segments the nodes are all zeros of the straight pieces, and the antinode the vertex of the
+  parabola through the middles of the three segments that move most between the outer nodes;
 - *by regression*, as the source evaluated its measurements (Glynn et al. 2011, Methods): one
   quadratic, by least squares, through the extreme displacements of points along the whole axis;
   nodes where it is zero, antinode where it is largest between the nodes (its vertex). The two
@@ -14,6 +16,8 @@ Two rigid bodies on a hinge move along the axis in two straight pieces. So what 
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,8 +52,9 @@ class Shapes:
     head's z, from the head). Units: per unit of the largest displacement (m/m; roll in rad/m).
 
     Attributes:
-        corners: (n, 2, 3) along y and z, at butt, throat and tip; straight lines join them.
-        rolls: (n,) rotation about x, the same for both bodies.
+        corners: (n, 2, k + 1) along y and z at `places`, the ends of the k segments (of two: butt,
+            throat and tip); straight lines join them.
+        rolls: (n,) rotation about x, of the head.
         strings: (n, points); empty (n, 0) if not strung.
 
     """
@@ -57,13 +62,16 @@ class Shapes:
     corners: NDArray[np.float64]
     rolls: NDArray[np.float64]
     strings: NDArray[np.float64]
-    throat: float  # m from the butt
-    tip: float  # m from the butt
+    places: tuple[float, ...]  # m from the butt
+
+    @property
+    def tip(self) -> float:
+        """Gives the place of the tip, m from the butt."""
+        return self.places[-1]
 
     def along_axis(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gives the displacement (n, 2, len(x)) along y and z at `x` (m from the butt)."""
-        at = [0.0, self.throat, self.tip]
-        lines = [[np.interp(x, at, corners) for corners in mode] for mode in self.corners]
+        lines = [[np.interp(x, self.places, corners) for corners in mode] for mode in self.corners]
         return np.array(lines).reshape(len(self.corners), 2, len(x))
 
     def plane(self, mode: int) -> str | None:
@@ -82,26 +90,42 @@ def mode_shapes(modes: Modes) -> Shapes:
     """Gives the displacements of all modes, from the plant's Jacobians."""
     system = modes.system
     racket, parameters = system.racket, system.racket.parameters
-    throat, head_length = parameters.handle.length.value, parameters.head.length.value
     bed = parameters.string_bed
     rim = np.array([[bed.gsc.value] * 2, [bed.rim_semi_axis_y.value] * 2, [0.0, 0.0]])
     rim[1, 1] *= -1.0
-    butt = _displacements(system, racket.handle, np.zeros((3, 1)), modes.shapes)
-    ends = np.array([[0.0, head_length], [0.0, 0.0], [0.0, 0.0]])
-    axis = np.concatenate([butt, _displacements(system, racket.head, ends, modes.shapes)])
+    axis = _axis(system, modes.shapes)
     sides = _displacements(system, racket.head, rim, modes.shapes)
     strings = modes.shapes[[joint.velocity_start() for joint in racket.string_joints], :].T
     corners = axis.transpose(2, 1, 0)[:, 1:, :]
     rolls = (sides[0, 2] - sides[1, 2]) / (2.0 * bed.rim_semi_axis_y.value)
-    everything = np.concatenate([corners.reshape(len(corners), 6), sides[:, 2].T, strings], axis=1)
+    everything = np.concatenate([corners.reshape(len(corners), -1), sides[:, 2].T, strings], axis=1)
     scale = _largest(everything)
     return Shapes(
         corners=corners / scale[:, np.newaxis, np.newaxis],
         rolls=rolls / scale,
         strings=strings / scale[:, np.newaxis],
-        throat=throat,
-        tip=throat + head_length,
+        places=segment_ends(parameters),
     )
+
+
+def segment_ends(parameters: RacketParameters) -> tuple[float, ...]:
+    """Gives the ends of a frame's segments, m from the butt."""
+    segments = parameters.frame_segments()
+    return (0.0, *(segment.end for segment in segments))
+
+
+def _axis(system: ModalSystem, shapes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Displacement (k + 1, 3, n) in R of the axis at the ends of the k segments, in all modes."""
+    segments = system.racket.parameters.frame_segments()
+    moved = [_displacements(system, system.racket.handle, np.zeros((3, 1)), shapes)]
+    for i, (body, segment) in enumerate(zip(system.racket.segments, segments, strict=True)):
+        places = [segment.start, segment.end] if i == 1 else [segment.end]
+        if i == 0:
+            continue
+        points = np.array([[x - segment.origin for x in places], [0.0] * len(places)])
+        points = np.concatenate([points, np.zeros((1, len(places)))])
+        moved.append(_displacements(system, body, points, shapes))
+    return np.concatenate(moved)
 
 
 def _displacements(
@@ -138,33 +162,57 @@ def _largest(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class ModeLandmarks:
-    """Nodes on handle and head and the antinode between them, m from the butt; nan for none."""
+    """Nodes from the butt on, and the antinode between them, m from the butt; nan for none.
 
-    nodes: tuple[float, float]
+    Of two segments the nodes are those of handle and head.
+    """
+
+    nodes: tuple[float, ...]
     antinode: float
 
 
 NO_LANDMARKS = ModeLandmarks((np.nan, np.nan), np.nan)
 
 
-def exact_landmarks(corners: NDArray[np.float64], throat: float, tip: float) -> ModeLandmarks:
-    """Zeros of the two straight pieces, and the hinge if it lies between two nodes.
+def exact_landmarks(corners: NDArray[np.float64], places: Sequence[float]) -> ModeLandmarks:
+    """Zeros of the straight pieces, and the antinode if it lies between two nodes.
 
     A body that does not move, or has no zero within its length, has no node.
 
     Args:
-        corners: (3,) displacement at butt, throat and tip.
-        throat, tip: m from the butt.
+        corners: (k + 1,) displacement at `places`, the ends of the segments, m from the butt.
 
     """
-    at = (0.0, throat, tip)
     least = 1e-9 * np.max(np.abs(corners))
-    nodes = [np.nan, np.nan]
-    for i in range(2):
-        start, end = corners[i], corners[i + 1]
-        if start * end < 0.0 and min(abs(start), abs(end)) > least:
-            nodes[i] = float(at[i] + (at[i + 1] - at[i]) * start / (start - end))
-    return ModeLandmarks((nodes[0], nodes[1]), throat if not np.any(np.isnan(nodes)) else np.nan)
+    nodes = []
+    for i, (start, end) in enumerate(itertools.pairwise(corners)):
+        inside = start * end < 0.0 and min(abs(start), abs(end)) > least
+        share = start / (start - end) if inside else np.nan
+        nodes.append(float(places[i] + (places[i + 1] - places[i]) * share))
+    if len(nodes) == 2:
+        return ModeLandmarks((nodes[0], nodes[1]), np.nan if np.isnan(nodes).any() else places[1])
+    found = [node for node in nodes if not np.isnan(node)]
+    antinode = _antinode(corners, places, found) if len(found) > 1 else np.nan
+    return ModeLandmarks(tuple(found), antinode)
+
+
+def _antinode(
+    corners: NDArray[np.float64], places: Sequence[float], nodes: Sequence[float]
+) -> float:
+    """The vertex of a parabola through the middles of segments about the largest displacement.
+
+    Between the first two nodes, of the middles and their neighbours.
+    """
+    middle = 0.5 * (np.array(places[:-1]) + np.array(places[1:]))
+    moved = 0.5 * (corners[:-1] + corners[1:])
+    inside = (middle > nodes[0]) & (middle < nodes[1])
+    if not inside.any():
+        return 0.5 * (nodes[0] + nodes[1])
+    top = int(np.argmax(np.where(inside, np.abs(moved), -1.0)))
+    top = min(max(top, 1), len(middle) - 2)
+    near = slice(top - 1, top + 2)
+    curve, slope, _ = np.polyfit(middle[near] - middle[top], moved[near], 2)
+    return float(np.clip(middle[top] - 0.5 * slope / curve, nodes[0], nodes[1]))
 
 
 def quadratic_fit(x: NDArray[np.float64], displacement: NDArray[np.float64]) -> Polynomial:
@@ -199,4 +247,4 @@ def head_node(parameters: RacketParameters) -> float:
     modes = solve_modes(modal_system(parameters))
     shapes = mode_shapes(modes)
     corners = shapes.corners[modes.bending("out_of_plane"), PLANES.index("out_of_plane")]
-    return exact_landmarks(corners, shapes.throat, shapes.tip).nodes[1]
+    return exact_landmarks(corners, shapes.places).nodes[-1]

@@ -25,6 +25,14 @@ CASES = {
     "limb, weld": {"support": "limb", "grip_kind": "weld"},
     "recreational": {"racket": "recreational", "tension": "high"},
     "damped strings": {"overrides": {"racket.string_bed.damping": 2.0}},
+    "six segments, hand with mass": {
+        "overrides": {"racket.frame.segments": 6, "racket.string_bed.damping": 2.0},
+        "support": "grip",
+        "grip": "hand_medium",
+        "grip_kind": "hand",
+    },
+    "twelve segments": {"overrides": {"racket.frame.segments": 12, "racket.frame.density": 1.0}},
+    "segments, limb": {"overrides": {"racket.frame.segments": 4}, "support": "limb"},
 }
 
 

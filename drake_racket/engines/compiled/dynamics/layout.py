@@ -95,9 +95,15 @@ LIMIT_INTS, LIMIT_FLOATS = 2, 4
 # ---- losses of frame and limb: place in v; damping
 LOSS_INTS, LOSS_FLOATS = 1, 1
 
-HEADER = 12
+# ---- what the rim's bending does to springs that end on it, by springs; see `laws.strings`
+RIM_INTS, FOLD_INTS = 3, 5
+"""Spring; places in q and in v of one joint of the frame, or of two. The float is a number of B
+(m/rad) or of F (m^2)."""
+
+HEADER = 15
 """Integers before the tables: numbers of nodes, leaves, bushings, springs, contacts, points,
-limits, frame losses, limb losses, positions, velocities; and the grip's bushing, or -1."""
+limits, frame losses, limb losses, positions, velocities; the bushings of the grip and of the hand's
+wrist, or -1; numbers of the rim's arms and folds."""
 (
     NODES,
     LEAVES,
@@ -111,6 +117,9 @@ limits, frame losses, limb losses, positions, velocities; and the grip's bushing
     POSITIONS,
     VELOCITIES,
     GRIP_BUSHING,
+    WRIST_BUSHING,
+    RIMS,
+    FOLDS,
 ) = range(HEADER)
 
 GLOBALS = 4
@@ -126,6 +135,8 @@ GLOBALS = 4
     LIMIT_PLACES,
     FRAME_PLACES,
     LIMB_PLACES,
+    RIM_ROWS,
+    FOLD_ROWS,
     NODE_NUMBERS,
     LEAF_NUMBERS,
     BUSHING_NUMBERS,
@@ -135,14 +146,16 @@ GLOBALS = 4
     LIMIT_NUMBERS,
     FRAME_DAMPING,
     LIMB_DAMPING,
+    RIM_ARMS,
+    FOLD_SIZES,
     TORQUES,
     HEAD,
     GLOBAL,
-) = range(20)
+) = range(24)
 """Places of the tables in what `open_model` returns."""
 
 
-_TABLES = (
+TABLES = (
     (0, NODES, NODE_INTS),
     (0, LEAVES, LEAF_INTS),
     (0, BUSHINGS, BUSHING_INTS),
@@ -151,6 +164,8 @@ _TABLES = (
     (0, LIMITS, LIMIT_INTS),
     (0, FRAME_LOSSES, 0),
     (0, LIMB_LOSSES, 0),
+    (0, RIMS, RIM_INTS),
+    (0, FOLDS, FOLD_INTS),
     (1, NODES, NODE_FLOATS),
     (1, LEAVES, LEAF_FLOATS),
     (1, BUSHINGS, BUSHING_FLOATS),
@@ -160,6 +175,8 @@ _TABLES = (
     (1, LIMITS, LIMIT_FLOATS),
     (1, FRAME_LOSSES, 0),
     (1, LIMB_LOSSES, 0),
+    (1, RIMS, 0),
+    (1, FOLDS, 0),
     (1, VELOCITIES, 0),
 )
 """Of integers (0) or floats (1): what is counted; columns, 0 for none, or minus the number of rows
@@ -172,7 +189,7 @@ def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
     Floats may have further axes, as lanes of their derivatives do: so have their tables then.
     """
     tables, place = [], [HEADER, GLOBALS]
-    for kind, counted, columns in _TABLES:
+    for kind, counted, columns in TABLES:
         count = int(ints[counted])
         shape = (count, columns) if columns > 0 else (-columns, count) if columns else (count,)
         end = place[kind] + int(np.prod(shape))

@@ -14,6 +14,7 @@ from drake_racket.engines.compiled.dynamics.forces import (
     contact_force,
     joint_forces,
     limit_forces,
+    spring_state,
     string_forces,
 )
 from drake_racket.engines.compiled.dynamics.layout import VEL
@@ -108,16 +109,14 @@ def rates_of_positions(ints: Any, y: Any, nq: int, leaf_ints: Any, f: Any) -> No
 @compilable
 def _lost_in_strings(model: Any, y: Any, nq: int) -> Any:
     """Sum of c (dL/dt)^2 (W)."""
-    leaves, ends, springs = model[at.LEAF_ROWS], model[at.SPRING_ENDS], model[at.SPRING_NUMBERS]
-    lost = 0.0
+    ends, springs = model[at.SPRING_ENDS], model[at.SPRING_NUMBERS]
+    lost, arm, fold = 0.0, 0, 0
     for s in range(ends.shape[1]):
-        i, j = ends[0, s], ends[1, s]
-        dz, rate = y[leaves[i, at.LEAF_Q]], y[nq + leaves[i, at.LEAF_V]]
-        if j >= 0:
-            dz -= y[leaves[j, at.LEAF_Q]]
-            rate -= y[nq + leaves[j, at.LEAF_V]]
-        slope, _ = spring_law(dz, rate, springs[0, s], springs[1, s], springs[2, s], springs[3, s])
-        lost += springs[3, s] * slope * rate * slope * rate
+        dz, rate, sag, flow, arm, fold = spring_state(model, s, arm, fold, y, nq)
+        length2 = springs[2, s] - sag
+        slope, _ = spring_law(dz, rate, springs[0, s], springs[1, s], length2, springs[3, s])
+        stretching = slope * rate - flow / math.sqrt(dz * dz + length2)
+        lost += springs[3, s] * stretching * stretching
     return lost
 
 
@@ -167,21 +166,14 @@ def rates(
     move(model, y, nq, origin, w, leaves)
     joint_forces(nodes, model[at.NODE_NUMBERS], y, nq, model[at.TORQUES], tau)
     limit_forces(model[at.LIMIT_PLACES], model[at.LIMIT_NUMBERS], y, nq, tau)
-    string_forces(
-        leaf_ints,
-        model[at.LEAF_NUMBERS],
-        model[at.SPRING_ENDS],
-        model[at.SPRING_NUMBERS],
-        y,
-        nq,
-        tau,
-    )
+    string_forces(model, y, nq, tau)
     taken = bushing_forces(
         model[at.BUSHING_ENDS],
         model[at.BUSHING_NUMBERS],
         w,
         origin,
         model[at.HEAD][at.GRIP_BUSHING],
+        model[at.HEAD][at.WRIST_BUSHING],
     )
     if audit:
         for k in range(first, len(y)):

@@ -28,6 +28,7 @@ from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.io.errors import InputError
 
 Array = NDArray[np.float64]
+_Rows = list[tuple[int, ...]]
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,8 @@ class Wiring:
         limits: JointLimits systems.
         torques: constant force on each velocity (nv,), N m or N.
         frame_losses, limb_losses: places in v and dampings of the joints whose losses are summed.
-        grip: index of the grip's bushing among the plant's force elements; None without one.
+        grip, wrist: index of the bushing of the grip, and of a hand's wrist, among the plant's
+            force elements; None without one.
         kept_welds: joints whose load is asked for.
 
     """
@@ -65,6 +67,7 @@ class Wiring:
     frame_losses: Sequence[tuple[int, float]] = ()
     limb_losses: Sequence[tuple[int, float]] = ()
     grip: int | None = None
+    wrist: int | None = None
     kept_welds: Sequence[Joint] = ()
 
 
@@ -80,10 +83,8 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
     leaves = [j for impact in wiring.impacts for j in impact.racket.string_joints]
     tree = Tree(plant, context, leaves, wiring.kept_welds)
     bushings, springs = _elements(plant)
-    grip = -1
-    for row, bushing in enumerate(bushings):
-        if wiring.grip is not None and int(bushing.index()) == wiring.grip:
-            grip = row
+    rows = {int(bushing.index()): row for row, bushing in enumerate(bushings)}
+    hand = [-1 if i is None else rows[i] for i in (wiring.grip, wiring.wrist)]
     ints: list[Any] = [
         _node_ints(tree),
         [
@@ -99,16 +100,21 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         ],
     ]
     leaf_of = {int(leaf.joint.index()): row for row, leaf in enumerate(tree.leaves)}
-    ends, contacts, points = [], [], 0
+    ends, contacts, points, springs_before = [], [], 0, 0
+    rims: _Rows = []
+    folds: _Rows = []
     for impact in wiring.impacts:
-        rows = np.array([leaf_of[int(j.index())] for j in impact.racket.string_joints])
+        for rows_of, own in zip((rims, folds), _rim(impact, springs_before), strict=True):
+            rows_of += own
+        springs_before += len(impact.string_bed.model.topology.names)
+        masses = np.array([leaf_of[int(j.index())] for j in impact.racket.string_joints])
         own = impact.string_bed.model.topology.ends
-        ends.append(np.where(own >= 0, rows[own], -1))
+        ends.append(np.where(own >= 0, masses[own], -1))
         if impact.contact is not None:
             middle = impact.contact._middle
             ball, _ = tree.place[int(impact.ball.body.index())]
-            contacts.append((rows[0], len(rows), ball, middle, points))
-            points += len(rows)
+            contacts.append((masses[0], len(masses), ball, middle, points))
+            points += len(masses)
     limits = [
         (q, v - plant.num_positions())
         for system in wiring.limits
@@ -122,6 +128,8 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         limits,
         [v for v, _ in wiring.frame_losses],
         [v for v, _ in wiring.limb_losses],
+        rims,
+        folds,
     ]
     header = [
         len(tree.nodes),
@@ -135,7 +143,9 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         len(wiring.limb_losses),
         plant.num_positions(),
         plant.num_velocities(),
-        grip,
+        *hand,
+        len(rims),
+        len(folds),
     ]
     flat = [np.asarray(part, dtype=np.int64).ravel() for part in (header, *ints)]
     return Model(np.concatenate(flat), read_numbers(tree, root, wiring, bushings, springs), tree)
@@ -145,6 +155,20 @@ def numbers_of(model: Model, root: Context, wiring: Wiring) -> Array:
     """Reads the floats of another Context into the same structure."""
     bushings, springs = _elements(model.tree.plant)
     return read_numbers(model.tree, root, wiring, bushings, springs)
+
+
+def _rim(impact: Any, first: int) -> tuple[_Rows, _Rows]:
+    """The rows of a bed's rim, by springs: its arms and its folds; see `layout`."""
+    bed = impact.string_bed
+    count = len(bed.model.topology.points)
+    at_joint = list(
+        zip(bed.at.positions[count:].tolist(), bed.at.velocities[count:].tolist(), strict=True)
+    )
+    arms: _Rows = [(first + s, *at_joint[j]) for s, j in np.argwhere(bed.model.arms).tolist()]
+    folds: _Rows = [
+        (first + s, *at_joint[i], *at_joint[j]) for s, i, j in np.argwhere(bed.model.folds).tolist()
+    ]
+    return arms, folds
 
 
 def _check_plant(plant: MultibodyPlant) -> None:

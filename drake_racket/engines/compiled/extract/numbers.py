@@ -50,9 +50,17 @@ def read_numbers(
         np.concatenate(limits) if limits else [],
         [d for _, d in wiring.frame_losses],
         [d for _, d in wiring.limb_losses],
+        _of_rims(wiring.impacts, "arms"),
+        _of_rims(wiring.impacts, "folds"),
         torques,
     ]
     return np.concatenate([np.asarray(part, dtype=float).ravel() for part in parts])
+
+
+def _of_rims(impacts: Any, name: str) -> list[float]:
+    """What the rims do to their springs, as `extract.model` lists it."""
+    tables = [getattr(impact.string_bed.model, name) for impact in impacts]
+    return [float(x) for table in tables for x in table[np.nonzero(table)]]
 
 
 def _node_floats(tree: Tree, context: Context, springs: list[Any]) -> Array:

@@ -1,0 +1,370 @@
+"""Cuts a racket's frame into segments: how its mass lies along it, and how its joints bend.
+
+*Mass.* A part (handle or head) is known by its mass, its centre of mass and its moments. Two
+families of densities m'(x) of that mass and centre span what is possible:
+
+    A   maximum entropy, m' = exp(a + b x + c x^2): the smoothest that has the part's moment as well
+    B   an exponential handle, m' = exp(a + b x), and a head whose mass lies on the rim's ellipse,
+        weighed by exp(b x); their moments come out as they do
+
+and a number `density` from 0 (A) to 1 (B) mixes them, m' = (1 - density) A + density B.
+
+*Joints.* Between segments with midpoints a and b lies a joint with the compliance of the beam
+between them, 1/k = (1/s) integral of dx/g(x) from a to b; g is the shape of its stiffness EI(x) or
+GJ(x), and s the scale that gives a wanted fundamental frequency.
+
+*Bending.* A chain of rigid segments with small joint angles q moves by
+
+    w(x) = w0 + p0 x + sum over the joints at x_j < x of q_j (x - x_j).
+
+Lengths in m, masses in kg, moments in kg m^2, stiffness in N m/rad, frequencies in Hz.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Density = Callable[[float, float], tuple[Array, Array]]
+"""Gives places and masses of points that stand for the density between two places: sums over them
+are integrals, to rounding."""
+
+_POINTS = 48  # of Gauss and Legendre, an interval: more change no digit
+
+
+@functools.cache
+def _gauss() -> tuple[Array, Array]:
+    nodes, weights = legendre.leggauss(_POINTS)
+    return nodes, weights
+
+
+def _between(start: float, end: float) -> tuple[Array, Array]:
+    """Places and weights of an integral from start to end."""
+    nodes, weights = _gauss()
+    half = 0.5 * (end - start)
+    return 0.5 * (start + end) + half * nodes, half * weights
+
+
+def _tilted(
+    place: Array, weight: Array, powers: int, wanted: Sequence[float], length: float
+) -> Array:
+    """Coefficients (powers,) of the exponential in u = x/length - 1/2 with the wanted means of u.
+
+    Newton's method on the logarithm of the sum of the weights, which is convex: its gradient is the
+    means, its curvature their covariance.
+    """
+    u = place / length - 0.5
+    basis = np.stack([u ** (n + 1) for n in range(powers)])
+    target, found = np.array(wanted), np.zeros(powers)
+
+    def means(coefficients: Array) -> tuple[float, Array, Array]:
+        exponent = coefficients @ basis
+        top = float(np.max(exponent))
+        share = weight * np.exp(exponent - top)
+        total = float(np.sum(share))
+        share = share / total
+        return float(np.log(total)) + top, basis @ share, share
+
+    value, mean, share = means(found)
+    for _ in range(200):
+        step = np.linalg.solve((basis * share) @ basis.T - np.outer(mean, mean), target - mean)
+        size = 1.0
+        while True:
+            new = found + size * step
+            trial, mean, share = means(new)
+            if trial - new @ target <= value - found @ target + 1e-12 or size < 1e-6:
+                break
+            size *= 0.5
+        found, value = new, trial
+        if np.max(np.abs(size * step)) < 1e-14 * (1.0 + np.max(np.abs(found))):
+            break
+    return found
+
+
+def smooth_density(mass: float, length: float, com: float, second: float | None) -> Density:
+    """Gives the maximum-entropy density of a part, from its end nearest the butt.
+
+    Args:
+        second: integral of (x - com)^2 dm (kg m^2), or None where it is free: an exponential then.
+
+    """
+    place, weight = _between(0.0, length)
+    centre = com / length - 0.5
+    wanted = [centre]
+    if second is not None:
+        wanted.append(second / (mass * length * length) + centre * centre)
+    found = _tilted(place, weight, len(wanted), wanted, length)
+
+    def exponential(x: Array) -> Array:
+        u = x / length - 0.5
+        total: Array = np.exp(sum(a * u ** (n + 1) for n, a in enumerate(found)))
+        return total
+
+    scale = mass / float(weight @ exponential(place))
+
+    def density(start: float, end: float) -> tuple[Array, Array]:
+        x, w = _between(start, end)
+        return x, scale * w * exponential(x)
+
+    return density
+
+
+def hoop_density(
+    mass: float, length: float, com: float, hoop: tuple[float, float, float]
+) -> Density:
+    """Gives the density of a head whose mass lies on its rim, from the throat joint.
+
+    Args:
+        hoop: place of the ellipse's centre, and its semi-axes along and across the racket (m).
+
+    """
+    centre, a, b = hoop
+
+    def on_rim(start: float, end: float) -> tuple[Array, Array]:
+        ends = [float(np.arccos(np.clip((x - centre) / a, -1.0, 1.0))) for x in (end, start)]
+        t, w = _between(*ends)
+        return centre + a * np.cos(t), w * np.hypot(a * np.sin(t), b * np.cos(t))
+
+    place, weight = on_rim(0.0, length)
+    (tilt,) = _tilted(place, weight, 1, [com / length - 0.5], length)
+    scale = mass / float(weight @ np.exp(tilt * (place / length - 0.5)))
+
+    def density(start: float, end: float) -> tuple[Array, Array]:
+        x, w = on_rim(start, end)
+        return x, scale * w * np.exp(tilt * (x / length - 0.5))
+
+    return density
+
+
+def mixed(first: Density, second: Density, share: float) -> Density:
+    """Gives the density (1 - share) first + share second."""
+    if share == 0.0:
+        return first
+
+    def density(start: float, end: float) -> tuple[Array, Array]:
+        (x, m), (y, n) = first(start, end), second(start, end)
+        return np.concatenate([x, y]), np.concatenate([(1.0 - share) * m, share * n])
+
+    return density
+
+
+@dataclass(frozen=True)
+class Slice:
+    """A slice is the mass of a frame between two places along it.
+
+    Attributes:
+        start, end: m from the butt.
+        mass: kg.  com, com_y: its centre of mass, from the butt and from the long axis (m).
+        xx, yy, zz, xy: integrals of x^2, y^2, z^2 and x y over its mass about its centre (kg m^2).
+
+    """
+
+    start: float
+    end: float
+    mass: float
+    com: float
+    com_y: float
+    xx: float
+    yy: float
+    zz: float
+    xy: float
+
+    def moments(self) -> tuple[float, float, float]:
+        """Gives the moments about its centre along x, y and z."""
+        return self.yy + self.zz, self.xx + self.zz, self.xx + self.yy
+
+
+@dataclass(frozen=True)
+class PartMass:
+    """Says how the mass of a part lies.
+
+    Attributes:
+        start, length: m from the butt; m.
+        density: along x from `start`.
+        com_y, slope: its mean place across the racket is com_y + slope (x - com) (m, 1).
+        com: m from `start`.
+        yy, zz: integrals of y^2 and z^2 about that mean (kg m^2).
+        width: half-width (m) at x by which y^2 is shared out beside the mass; None: by mass alone.
+
+    """
+
+    start: float
+    length: float
+    density: Density
+    com: float
+    com_y: float
+    slope: float
+    yy: float
+    zz: float
+    width: Callable[[Array], Array] | None = None
+
+    def slices(self, places: Sequence[float]) -> list[Slice | None]:
+        """Gives what of the part lies between neighbours of `places`; None for nothing.
+
+        Args:
+            places: m from the butt; all of the part lies between them.
+
+        """
+        found = [self._between(a, b) for a, b in itertools.pairwise(places)]
+        shares = [0.0 if points is None else self._spread(*points) for points in found]
+        mass = sum(float(np.sum(points[1])) for points in found if points is not None)
+        return [
+            None if points is None else self._slice(*points, share / sum(shares), mass)
+            for points, share in zip(found, shares, strict=True)
+        ]
+
+    def _between(self, start: float, end: float) -> tuple[Array, Array] | None:
+        """Places from `self.start` and masses of points that stand for the part's mass there."""
+        low, high = max(start - self.start, 0.0), min(end - self.start, self.length)
+        if high <= low:
+            return None
+        x, m = self.density(low, high)
+        return (x, m) if np.sum(m) > 0.0 else None
+
+    def _slice(self, x: Array, m: Array, shared: float, whole: float) -> Slice:
+        mass = float(np.sum(m))
+        com = float(x @ m) / mass
+        xx = float((x - com) ** 2 @ m)
+        return Slice(
+            start=self.start,
+            end=self.start + self.length,
+            mass=mass,
+            com=self.start + com,
+            com_y=self.com_y + self.slope * (com - self.com),
+            xx=xx,
+            yy=self.yy * shared + self.slope**2 * xx,
+            zz=self.zz * mass / whole,
+            xy=self.slope * xx,
+        )
+
+    def _spread(self, x: Array, m: Array) -> float:
+        return float(np.sum(m) if self.width is None else self.width(x) ** 2 @ m)
+
+
+def joined(slices: Sequence[Slice]) -> Slice:
+    """Puts neighbouring slices together."""
+    mass = sum(s.mass for s in slices)
+    x, y = (sum(s.mass * getattr(s, n) for s in slices) / mass for n in ("com", "com_y"))
+    arms = [(s, s.com - x, s.com_y - y) for s in slices]
+    return Slice(
+        start=slices[0].start,
+        end=slices[-1].end,
+        mass=mass,
+        com=x,
+        com_y=y,
+        xx=sum(s.xx + s.mass * dx * dx for s, dx, _ in arms),
+        yy=sum(s.yy + s.mass * dy * dy for s, _, dy in arms),
+        zz=sum(s.zz for s in slices),
+        xy=sum(s.xy + s.mass * dx * dy for s, dx, dy in arms),
+    )
+
+
+def cut(parts: Sequence[PartMass], places: Sequence[float]) -> list[Slice]:
+    """Cuts a frame at `places` (m from the butt, its two ends among them).
+
+    Raises:
+        ValueError: no mass lies between two of them.
+
+    """
+    slices = []
+    rows = zip(*(part.slices(places) for part in parts), strict=True)
+    for (start, end), found in zip(itertools.pairwise(places), rows, strict=True):
+        pieces = [s for s in found if s is not None]
+        if not pieces:
+            raise ValueError(f"no mass between {start:g} and {end:g} m")
+        slices.append(dataclasses.replace(joined(pieces), start=start, end=end))
+    return slices
+
+
+def ellipse_width(centre: float, a: float, b: float) -> Callable[[Array], Array]:
+    """Gives the half-width of an ellipse over x; 0 beyond it."""
+
+    def width(x: Array) -> Array:
+        inside = np.clip(1.0 - ((x - centre) / a) ** 2, 0.0, None)
+        return np.asarray(b * np.sqrt(inside))
+
+    return width
+
+
+def boundaries(segments: int, length: float, throat: float, grip: float) -> tuple[float, ...]:
+    """Gives the places (m from the butt) that N segments lie between, the ends among them.
+
+    Two meet at the throat joint, as in Glynn et al. 2011. Of more, the first ends at the upper edge
+    of the grip, so that a hand or a clamp holds one segment, and the others have one length.
+    """
+    if segments == 2:
+        return 0.0, throat, length
+    rest = [grip + (length - grip) * i / (segments - 1) for i in range(segments)]
+    return (0.0, *rest[:-1], length)
+
+
+def compliances(places: Sequence[float], steps: Sequence[float], values: Sequence[float]) -> Array:
+    """Gives the integral of dx/g between the midpoints of neighbours, one a joint.
+
+    Args:
+        places: `boundaries`.
+        steps, values: g is values[0] up to steps[0], then values[1] up to steps[1], and so on.
+
+    """
+    middle = [0.5 * (a + b) for a, b in itertools.pairwise(places)]
+    ends = [-np.inf, *steps[: len(values) - 1], np.inf]
+    found = []
+    for a, b in itertools.pairwise(middle):
+        pieces = zip(ends, ends[1:], values, strict=False)
+        found.append(sum(max(0.0, min(b, high) - max(a, low)) / g for low, high, g in pieces))
+    return np.array(found)
+
+
+def chain_mass(slices: Sequence[Slice], plane: str) -> Array:
+    """Gives the mass matrix of small motion in coordinates (w0, p0, q_1, ...) of one plane.
+
+    Args:
+        plane: `in_plane` or `out_of_plane`; `torsion`: (roll of the first, q_1, ...).
+
+    """
+    count = len(slices)
+    if plane == "torsion":
+        rows = np.tril(np.ones((count, count)))
+        return rows.T @ np.diag([s.moments()[0] for s in slices]) @ rows
+    matrix = np.zeros((count + 1, count + 1))
+    for i, s in enumerate(slices):
+        arms = [s.com - joint.end if j < i else 0.0 for j, joint in enumerate(slices[:-1])]
+        moved = np.array([1.0, s.com, *arms])
+        turned = np.array([0.0, 1.0, *np.tri(count, count - 1, -1)[i]])
+        inertia = s.moments()[2 if plane == "in_plane" else 1]
+        matrix += s.mass * np.outer(moved, moved) + inertia * np.outer(turned, turned)
+    return matrix
+
+
+def free_mass(slices: Sequence[Slice], plane: str) -> Array:
+    """Gives the mass matrix of the joint angles of a free frame: M_qq - M_qr M_rr^-1 M_rq."""
+    matrix = chain_mass(slices, plane)
+    rigid = 1 if plane == "torsion" else 2
+    r, q = slice(None, rigid), slice(rigid, None)
+    freed: Array = matrix[q, q] - matrix[q, r] @ np.linalg.solve(matrix[r, r], matrix[r, q])
+    return freed
+
+
+def free_frequencies(slices: Sequence[Slice], plane: str, stiffness: Array) -> Array:
+    """Gives the frequencies (Hz) of a free frame in one plane, rising."""
+    import scipy.linalg
+
+    squares = scipy.linalg.eigvalsh(np.diag(stiffness), free_mass(slices, plane))
+    return np.sqrt(squares) / (2.0 * np.pi)  # type: ignore[no-any-return]
+
+
+def joint_stiffness(
+    slices: Sequence[Slice], plane: str, compliance: Array, frequency: float
+) -> Array:
+    """Gives the stiffness of the joints (N m/rad) with which the fundamental is `frequency`."""
+    relative = 1.0 / np.asarray(compliance)
+    first = float(free_frequencies(slices, plane, relative)[0])
+    return relative * (frequency / first) ** 2
