@@ -110,6 +110,8 @@ def _default(field: dataclasses.Field[Any]) -> str:
         return "must be given"
     if value is None:
         return "none"
+    if isinstance(value, Quantity):
+        return code(f"{value.value:g}")
     if dataclasses.is_dataclass(value) or isinstance(value, dict):
         return "its own defaults" if dataclasses.is_dataclass(value) else "`{}`"
     if isinstance(value, tuple):

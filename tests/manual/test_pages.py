@@ -91,7 +91,8 @@ def test_the_reference_of_files_has_units_limits_and_meanings():
     assert "| `azimuth_deg` | degrees |" in text
     for schema in (Scenario, LimbSettings, RacketParameters, BallParameters, GripStiffness):
         lines = [line for line in schema_table(schema).splitlines() if line.startswith("| `")]
-        assert [line for line in lines if line.endswith("|  |")] == []  # each says what it is
+        # each key says what it is: in its schema, or in manual/meanings.py
+        assert [line for line in lines if line.endswith("|  |")] == []
     assert "| `limb.mass` | kg | 0 to 300 |" in schema_table(LimbSettings, prefix="limb.")
 
 
