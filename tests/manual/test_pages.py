@@ -9,7 +9,7 @@ import pytest
 from tests.conftest import ROOT
 
 HOWTO = ROOT / "docs" / "howto"
-RUN = ("extend", "loop", "own_plant", "meshcat", "scenario", "logs_elsewhere")
+RUN = ("derivatives", "extend", "loop", "own_plant", "meshcat", "scenario", "logs_elsewhere")
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -31,10 +31,11 @@ def test_python_runs(page, tmp_path, monkeypatch, capsys):
         (tmp_path / "my_scenario.yaml").write_text(scenario, encoding="utf-8")
     if page == "logs_elsewhere":
         _write_logs(tmp_path / "result")
+    names: dict[str, object] = {"__name__": "page"}  # a page's blocks follow each other
     for number, code in enumerate(blocks(text, "python")):
         if "import opensim" in code:
             pytest.importorskip("opensim")
-        exec(compile(code, f"{page}.md, block {number}", "exec"), {"__name__": "page"})
+        exec(compile(code, f"{page}.md, block {number}", "exec"), names)
     if page == "extend":
         assert "the ball leaves at 13.4 m/s" in capsys.readouterr().out
 
