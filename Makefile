@@ -18,6 +18,7 @@ test: $(VENV)/.installed-test
 
 validate: $(VENV)/.installed-fast
 	$(BIN)/drake-racket validate --out docs/validation
+	$(BIN)/python -m manual.paper
 
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict

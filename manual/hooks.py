@@ -11,6 +11,7 @@ from mkdocs.structure.files import File
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from manual.figures import with_captions  # noqa: E402
 from manual.mathml import with_mathml  # noqa: E402
 from manual.notebooks import notebook_page  # noqa: E402
 from manual.reference import generated_pages  # noqa: E402
@@ -53,5 +54,5 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
 
 def on_page_content(html: str, page: Any, config: Any, files: Any) -> str:
-    """Sets the formulas."""
-    return with_mathml(html)
+    """Sets the formulas, and the pictures with their captions."""
+    return with_captions(with_mathml(html))

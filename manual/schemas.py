@@ -18,6 +18,7 @@ from drake_racket.parameters.quantities import (
     Quantities,
     Quantity,
 )
+from manual.meanings import MEANINGS
 from manual.shared_names import one_name_a_line
 from manual.tables import code, table, unit
 
@@ -46,7 +47,7 @@ def schema_table(schema: type, *, prefix: str = "", linked: tuple[str, ...] | No
                 unit(measured_in),
                 allowed,
                 _default(field),
-                descriptions(schema).get(field.name, ""),
+                descriptions(schema).get(field.name) or MEANINGS.get(field.name, ""),
             )
         )
     return table(("key", "unit", "allowed", "default", "what"), rows)
@@ -109,6 +110,8 @@ def _default(field: dataclasses.Field[Any]) -> str:
         return "must be given"
     if value is None:
         return "none"
+    if isinstance(value, Quantity):
+        return code(f"{value.value:g}")
     if dataclasses.is_dataclass(value) or isinstance(value, dict):
         return "its own defaults" if dataclasses.is_dataclass(value) else "`{}`"
     if isinstance(value, tuple):

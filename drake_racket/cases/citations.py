@@ -136,11 +136,14 @@ def _software() -> Reference:
 
 
 def _numbers(case: Case) -> Iterator[tuple[str, Sourced | Spread]]:
-    """The numbers that the case uses: a grip only where a hand holds the racket by one."""
+    """The numbers that the case uses: no grip without a hand, no ball's surface without spin."""
     yield from sourced_fields(case.racket, "racket")
     for name, given in case.racket.specs.items():
         yield f"racket.specs.{name}", given
-    yield from sourced_fields(case.ball, "ball")
+    spins = case.scenario.contact == "surface"
+    for key, found in sourced_fields(case.ball, "ball"):
+        if spins or not key.startswith("ball.surface."):
+            yield key, found
     held = case.scenario.support in ("grip", "limb")
     if held and case.scenario.grip_kind != "weld":
         yield from sourced_fields(case.grip, "grip")

@@ -142,8 +142,9 @@ class Scenario(Schema):
             at touch.
         offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre), along
             the racket and across it.
-        speed: of the ball, in the world.  incidence_deg: from the normal of the strings.
-            azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
+        speed: of the ball, in the world.
+        incidence_deg: from the normal of the strings.
+        azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
         spin_rpm: of the ball before touch, about the axis along which friction spins a ball of this
             incidence, and positive in friction's sense; with contact `surface` only.
         spin: more of it, as a vector in R (rad/s).

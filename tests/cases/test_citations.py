@@ -51,6 +51,14 @@ def test_a_welded_hand_has_no_grip_and_a_users_source_is_named(tmp_path):
     assert all(c.numbers and c.source for c in others)
 
 
+def test_a_ball_that_spins_brings_the_source_of_its_surface():
+    assert "twu" not in keys(dr.citations(dr.Scenario()))
+    found = dr.citations(dr.Scenario(contact="surface"))
+    assert "twu" in keys(found)
+    (twu,) = (c for c in found if keys((c,)) == ["twu"])
+    assert "ball.surface.tangential_damping" in twu.numbers
+
+
 def test_citation_file_and_references_agree():
     cff = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     paper = next(c.reference for c in dr.citations() if keys((c,)) == ["glynn2011"])

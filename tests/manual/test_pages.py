@@ -9,7 +9,7 @@ import pytest
 from tests.conftest import ROOT
 
 HOWTO = ROOT / "docs" / "howto"
-RUN = ("extend", "loop", "own_plant", "meshcat", "scenario", "logs_elsewhere")
+RUN = ("derivatives", "extend", "loop", "own_plant", "meshcat", "scenario", "logs_elsewhere")
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -31,10 +31,11 @@ def test_python_runs(page, tmp_path, monkeypatch, capsys):
         (tmp_path / "my_scenario.yaml").write_text(scenario, encoding="utf-8")
     if page == "logs_elsewhere":
         _write_logs(tmp_path / "result")
+    names: dict[str, object] = {"__name__": "page"}  # a page's blocks follow each other
     for number, code in enumerate(blocks(text, "python")):
         if "import opensim" in code:
             pytest.importorskip("opensim")
-        exec(compile(code, f"{page}.md, block {number}", "exec"), {"__name__": "page"})
+        exec(compile(code, f"{page}.md, block {number}", "exec"), names)
     if page == "extend":
         assert "the ball leaves at 13.4 m/s" in capsys.readouterr().out
 
@@ -76,12 +77,23 @@ def test_the_reference_lists_every_output_and_every_key_of_an_impact():
 
 
 def test_the_reference_of_files_has_units_limits_and_meanings():
-    from drake_racket import LimbSettings, Scenario
+    from drake_racket import (
+        BallParameters,
+        GripStiffness,
+        LimbSettings,
+        RacketParameters,
+        Scenario,
+    )
     from manual.schemas import schema_table
 
     text = schema_table(Scenario)
     assert "| `speed` | m/s | 0.1 to 100 | `25.0` | of the ball, in the world |" in text
     assert "| `support` |  | `free`, `clamped_head`," in text
+    assert "| `azimuth_deg` | degrees |" in text
+    for schema in (Scenario, LimbSettings, RacketParameters, BallParameters, GripStiffness):
+        lines = [line for line in schema_table(schema).splitlines() if line.startswith("| `")]
+        # each key says what it is: in its schema, or in manual/meanings.py
+        assert [line for line in lines if line.endswith("|  |")] == []
     assert "| `limb.mass` | kg | 0 to 300 |" in schema_table(LimbSettings, prefix="limb.")
 
 

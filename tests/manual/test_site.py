@@ -5,6 +5,7 @@ from __future__ import annotations
 import html.parser
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -75,6 +76,39 @@ def test_pictures_are_there_and_have_a_text(site, pages):
         for source, text in page.pictures:
             assert len(text) > 10, f"{name}: {source}"
             assert ((site / name).parent / source).resolve().is_file(), f"{name}: {source}"
+
+
+def test_pictures_have_captions(site):
+    page = (site / "model.html").read_text(encoding="utf-8")
+    assert page.count("<figure>") == page.count("<figcaption>") >= 4
+    assert "<figcaption>The tour racket as the ball sees it" in page  # the line below it
+    assert "<figcaption>The shipped upper limb" in page  # its text
+    assert "<figcaption>" not in (site / "index.html").read_text(encoding="utf-8")
+
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
+def test_pages_fit_a_telephone_and_the_search_finds(site):
+    tools = pytest.importorskip("playwright.sync_api")
+    with tools.sync_playwright() as playwright:
+        flags = ["--no-sandbox", "--allow-file-access-from-files"]
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
+        page = browser.new_page(viewport={"width": 400, "height": 800})
+        outside: list[str] = []
+        page.on("request", lambda request: outside.append(request.url))
+        for name in ("index", "tutorials/your_racket", "reference/python/run", "model"):
+            page.goto((site / f"{name}.html").as_uri())
+            assert page.evaluate("document.documentElement.scrollWidth") <= 400, name
+        assert all(address.startswith("file:") for address in outside)
+        page.set_viewport_size({"width": 1280, "height": 900})
+        page.goto((site / "index.html").as_uri())
+        page.click("input.md-search__input")
+        page.keyboard.type("add your own law")
+        first = page.wait_for_selector(".md-search-result__link")
+        assert "howto/extend.html" in first.get_attribute("href")
+        browser.close()
 
 
 def test_search_works_without_a_server(site):

@@ -54,7 +54,7 @@ def fit_impacts(
     *,
     options: Search | None = None,
     profiles: bool = False,
-    checkpoint: Path | None = None,
+    checkpoint: str | Path | None = None,
     progress: Report | None = None,
 ) -> ImpactsFit:
     """Fits keys to measured impacts by least squares.
@@ -63,12 +63,14 @@ def fit_impacts(
         base: the scenario that the data were read with; fits begin at its values.
         free: keys to fit, with bounds in their units where the default does not do.
         profiles: intervals from likelihood profiles, which runs many more impacts.
+        checkpoint: directory of the checkpoint; a killed run goes on from it.
 
     Raises:
         InputError: no key, one that is no number or that the table sets, or bounds that do not
             hold the start.
 
     """
+    checkpoint = None if checkpoint is None else Path(checkpoint)
     if not free:
         raise InputError("free", "no key", "one key or more")
     bounds = free if isinstance(free, Mapping) else dict.fromkeys(free)

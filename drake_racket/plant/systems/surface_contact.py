@@ -373,6 +373,7 @@ def SurfaceContact_(T: Any) -> Any:
 
 
 SurfaceContact = on_float(SurfaceContact_)
+"""`SurfaceContact_` on plain numbers: the system of a ball with radius and spin on the strings."""
 
 
 def _dispatch_update(system: Any, context: Any, event: Any, state: Any) -> Any:
