@@ -53,6 +53,18 @@ def test_predictions_are_those_of_the_plant():
     assert model["clamped_frequency"] == pytest.approx(first, rel=1e-6)
 
 
+def test_a_broader_head_twists_as_its_square():
+    """Its breadth leaves mass, balance and swingweight alone."""
+    start = _Start(load_racket())
+    plain, broad = (predictions(start.racket_at(np.eye(len(UNKNOWN))[4] * x)) for x in (0.0, 1.0))
+    head = load_racket().head
+    yy = 0.5 * (head.moi_longitudinal.value + head.moi_frontal.value - head.moi_transverse.value)
+    more = (np.exp(2.0 * UNKNOWN["head_breadth"][1]) - 1.0) * yy
+    assert broad["twistweight"] - plain["twistweight"] == pytest.approx(more, rel=1e-9)
+    for name in ("mass", "balance", "swingweight", "second_frequency"):
+        assert broad[name] == pytest.approx(plain[name], rel=1e-9)
+
+
 def test_a_hidden_frame_comes_back(hidden, everything):
     """Within two standard deviations, and the model meets every measurement."""
     start = _Start(load_racket())
