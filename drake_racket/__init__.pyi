@@ -3,8 +3,14 @@ from .cases.case import changed as changed
 from .cases.case import load_scenario as load_scenario
 from .cases.case import parse_scenario as parse_scenario
 from .cases.case import resolve as resolve
+from .cases.citations import Citation as Citation
+from .cases.citations import Reference as Reference
+from .cases.citations import citations as citations
 from .cases.diagram import ImpactDiagram as ImpactDiagram
 from .cases.diagram import make_impact_diagram as make_impact_diagram
+from .derivatives import Derivatives as Derivatives
+from .derivatives import Parameter as Parameter
+from .derivatives import run_with_derivatives as run_with_derivatives
 from .engines.compiled.composed import CompiledDiagram as CompiledDiagram
 from .engines.compiled.composed import ComposedRun as ComposedRun
 from .engines.compiled.engine import CompiledImpact as CompiledImpact
@@ -27,6 +33,7 @@ from .io.files import write_text as write_text
 from .io.fingerprint import as_text as as_text
 from .io.fingerprint import computation as computation
 from .io.fingerprint import digest as digest
+from .io.notebooks.bars import ProgressBar as ProgressBar
 from .io.progress import Progress as Progress
 from .io.progress import Report as Report
 from .io.shipped import add_to_package_map as add_to_package_map
@@ -42,6 +49,11 @@ from .limbs.stroke import Stroke as Stroke
 from .limbs.stroke import apply_stroke as apply_stroke
 from .limbs.stroke import solve_stroke as solve_stroke
 from .limbs.upper_limb import add_upper_limb as add_upper_limb
+from .optimise import OF_RACKET as OF_RACKET
+from .optimise import CaseNumber as CaseNumber
+from .optimise import Impacts as Impacts
+from .optimise import Optimum as Optimum
+from .optimise import optimise_impacts as optimise_impacts
 from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
 from .parameters.ball import load_ball as load_ball

@@ -11,8 +11,9 @@ and release.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import weakref
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +39,8 @@ STEP = 1e-5
 SHORTENINGS = 6
 """How often the steps of a run may be shortened for its derivatives."""
 
-_NOT_BY = ("integrator.", "time_step")
+NOT_BY = ("integrator.", "time_step")
+"""Beginnings of keys that say how a run is computed: nothing is differentiated by them."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +48,9 @@ class Derivatives:
     """Holds the derivatives of an impact's numbers by keys.
 
     Attributes:
-        outputs: names of the numbers (m).  keys: names of the keys (n).
+        outputs: names of the numbers (m).  keys: names of the parameters (n).
         values: (m,) the numbers, in the units of `results.outputs`.
-        table: (m, n) derivatives, per unit of each key; NaN where there is no number.
+        table: (m, n) derivatives, per unit of each parameter; NaN where there is no number.
         error: largest error of a step as a share of the derivative, out of contact.
 
     """
@@ -78,10 +80,25 @@ class Derivatives:
 
 
 @dataclass(frozen=True)
-class _Variation:
-    """One key a little beside its value, with the weights of a derivative's formula."""
+class Parameter:
+    """A parameter is a number that an impact depends on.
 
-    key: Key
+    Attributes:
+        name, unit: to show.  value: in that unit.
+        at: the case with another value of it; raises InputError where that is not valid.
+
+    """
+
+    name: str
+    unit: str
+    value: float
+    at: Callable[[float], Case]
+
+
+@dataclass(frozen=True)
+class Variation:
+    """One parameter a little beside its value, with the weights of a derivative's formula."""
+
     steps: tuple[float, ...]
     weights: tuple[float, ...]
     cases: tuple[Case, ...]
@@ -99,8 +116,8 @@ def compiled_model(system: ImpactDiagram) -> CompiledImpact:
     return _models[system]
 
 
-def differentiable_keys(case: Case, names: Sequence[str], where: str = "derivatives") -> list[Key]:
-    """Gives the keys of these names.
+def parameters_of(case: Case, names: Sequence[str], where: str = "derivatives") -> list[Parameter]:
+    """Gives the keys of these names as parameters of a case.
 
     Raises:
         InputError: none, one twice, no such key, or one that holds no number of physics.
@@ -108,35 +125,36 @@ def differentiable_keys(case: Case, names: Sequence[str], where: str = "derivati
     """
     if isinstance(names, str) or not names:
         raise InputError(where, names, "a list of keys: racket.head.mass, speed, ...")
-    found: list[Key] = []
+    found: list[Parameter] = []
     for name in names:
         key = find_key(name, case.scenario, where)
-        if key.kind != NUMBER or name.startswith(_NOT_BY):
+        if key.kind != NUMBER or name.startswith(NOT_BY):
             raise InputError(f"{where}: {name}", key.kind, "keys that are numbers of the impact")
-        if key in found:
+        if name in [other.name for other in found]:
             raise InputError(where, name, "each key once")
-        found.append(key)
+        at = functools.partial(_with, case, key)
+        found.append(Parameter(name, key.unit, number_of(case.scenario, key), at))
     return found
 
 
 def run_with_derivatives(
     case: Case,
     system: ImpactDiagram,
-    keys: Sequence[Key],
+    parameters: Sequence[Parameter],
     outputs: Sequence[Output] | None = None,
     *,
     history: bool = True,
 ) -> tuple[ImpactResult, Derivatives]:
-    """Runs a case in the compiled engine, and gives derivatives of outputs by keys.
+    """Runs a case in the compiled engine, and gives derivatives of outputs by parameters.
 
     Args:
         case: with the topology of `system`.
-        keys: of `differentiable_keys`.
+        parameters: of `parameters_of`, or your own.
         outputs: numbers to differentiate; None: all that a case of this kind has.
         history: label the time history; outputs that are read from it need it.
 
     Raises:
-        InputError: the compiled engine cannot run the case, or a key has no values beside its own.
+        InputError: the compiled engine cannot run the case, or a parameter has one value only.
         SimulationError: the run could not be finished.
 
     """
@@ -149,11 +167,11 @@ def run_with_derivatives(
         and not output.of_engine
     ]
     model = compiled_model(system)
-    variations = [_vary(case, key) for key in keys]
+    variations = [vary(case, parameter) for parameter in parameters]
     start = model.start(case)
     starts = list(_starts(model, variations))
     kept, tangents = _path(case, model, start, variations, starts)
-    table = np.empty((len(chosen), len(keys)))
+    table = np.empty((len(chosen), len(parameters)))
     for j, variation in enumerate(variations):
         table[:, j] = 0.0
         for i, step in enumerate(variation.steps):
@@ -168,7 +186,7 @@ def run_with_derivatives(
     names = tuple(output.name for output in chosen)
     found = Derivatives(
         names,
-        tuple(key.name for key in keys),
+        tuple(parameter.name for parameter in parameters),
         np.array(read_outputs(result, chosen)),
         table,
         tangents.error,
@@ -176,19 +194,19 @@ def run_with_derivatives(
     return dataclasses.replace(result, derivatives=found), found
 
 
-def _vary(case: Case, key: Key) -> _Variation:
-    """The case with a key a little to either side; to one side where the other is not allowed."""
-    value = number_of(case.scenario, key)
-    step = STEP * abs(value) if value else (1e-4 if key.unit == "degrees" else STEP)
+def vary(case: Case, parameter: Parameter) -> Variation:
+    """The case a little to either side; to one side where the other is not allowed."""
+    value = parameter.value
+    step = STEP * abs(value) if value else (1e-4 if parameter.unit == "degrees" else STEP)
     refused: InputError | None = None
     for formula in _FORMULAS:
         try:
-            cases = [_with(case, key, value + k * step) if k else case for k in formula]
+            cases = [parameter.at(value + k * step) if k else case for k in formula]
         except InputError as error:
             refused = refused or error
             continue
         places = tuple(k * step for k in formula)
-        return _Variation(key, places, tuple(w / step for w in formula.values()), tuple(cases))
+        return Variation(places, tuple(w / step for w in formula.values()), tuple(cases))
     assert refused is not None
     raise refused
 
@@ -215,7 +233,7 @@ def _model_of(model: CompiledImpact, case: Case) -> tuple[Case, CompiledImpact]:
     return case, other
 
 
-def _starts(model: CompiledImpact, variations: Sequence[_Variation]) -> Iterator[list[Start]]:
+def _starts(model: CompiledImpact, variations: Sequence[Variation]) -> Iterator[list[Start]]:
     for variation in variations:
         yield [_model_of(model, case)[1].start(case) for case in variation.cases]
 
@@ -224,7 +242,7 @@ def _path(
     case: Case,
     model: CompiledImpact,
     start: Start,
-    variations: Sequence[_Variation],
+    variations: Sequence[Variation],
     starts: Sequence[Sequence[Start]],
 ) -> tuple[Samples, Tangents]:
     """The run and its tangents, with steps that are short enough for both."""
@@ -261,7 +279,7 @@ def _end(case: Case) -> Array:
     return np.array(case.scenario.approach_time + case.scenario.after)
 
 
-def _slope(variation: _Variation, values: Sequence[Array]) -> Array:
+def _slope(variation: Variation, values: Sequence[Array]) -> Array:
     total = np.zeros_like(values[0])
     for weight, value in zip(variation.weights, values, strict=True):
         total += weight * value

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from drake_racket.cases.case import Case, resolve, with_engine
 from drake_racket.cases.diagram import ImpactDiagram, make_impact_diagram
-from drake_racket.cases.keys import Key
-from drake_racket.derivatives import differentiable_keys, run_with_derivatives
+from drake_racket.derivatives import Parameter, parameters_of, run_with_derivatives
 from drake_racket.engines.registry import run
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Report
@@ -50,16 +50,23 @@ def simulate(
     case = resolve(scenario or Scenario())
     if engine is not None:
         case = with_engine(case, engine)
-    keys = None
+    parameters = None
     if derivatives is not None:
         if case.scenario.engine == "drake":
             raise InputError("engine", "drake, with derivatives", "auto or compiled")
-        keys = differentiable_keys(case, derivatives)
+        parameters = parameters_of(case, derivatives)
     if system is not None:
-        return _simulated(case, system, keys, history, progress)
+        return _simulated(case, system, parameters, history, progress)
+    with using_diagram(case) as system:
+        return _simulated(case, system, parameters, history, progress)
+
+
+@contextmanager
+def using_diagram(case: Case) -> Iterator[ImpactDiagram]:
+    """Lends a Diagram for a case: one of an earlier call with its topology, or a new one."""
     system = _taken(case)
     try:
-        return _simulated(case, system, keys, history, progress)
+        yield system
     finally:
         _keep(case, system)
 
@@ -67,12 +74,12 @@ def simulate(
 def _simulated(
     case: Case,
     system: ImpactDiagram,
-    keys: Sequence[Key] | None,
+    parameters: Sequence[Parameter] | None,
     history: bool,
     progress: Report | None,
 ) -> ImpactResult:
-    if keys is not None:
-        return run_with_derivatives(case, system, keys, history=history)[0]
+    if parameters is not None:
+        return run_with_derivatives(case, system, parameters, history=history)[0]
     trajectory = run(case, system, every_sample=history, progress=progress)
     return make_result(case, trajectory, history=history)
 

@@ -26,6 +26,7 @@ DATA = {
     "grip_normal.yaml",
     "grip_tight.yaml",
     "published.yaml",
+    "references.yaml",
     "upper_limb.yaml",
     "recreational_high.yaml",
     "recreational_low.yaml",
@@ -138,10 +139,38 @@ def test_the_source_distribution_makes_the_same_wheel(wheel, tmp_path):
     python(*build, "-t", "sdist", cwd=ROOT)
     (sdist,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
+        names = {name.split("/", 1)[-1] for name in archive.getnames()}
         archive.extractall(tmp_path, filter="data")
+    assert {"README.md", "CHANGELOG.md", "CONTRIBUTING.md", "CITATION.cff", "LICENSE"} <= names
+    assert {"mkdocs.yml", "manual/hooks.py", "docs/index.md", "tests/conftest.py"} <= names
+    assert {"docs/figures/first_impact.gif", "docs/tutorials/first_impact.ipynb"} <= names
+    assert not [name for name in names if name.startswith(("site/", "docs/validation/data/"))]
+    assert not [name for name in names if name.endswith((".sqlite", ".pyc", ".nbi", ".nbc"))]
     (source,) = (path for path in tmp_path.iterdir() if path.is_dir())
     python(*build, "-t", "wheel", cwd=source)
     (again,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as first, zipfile.ZipFile(again) as second:
         crcs = [{f.filename: f.CRC for f in z.infolist()} for z in (first, second)]
     assert crcs[0] == crcs[1]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("twine") is None, reason="needs the extra docs")
+@pytest.mark.skipif(importlib.util.find_spec("hatchling") is None, reason="needs hatchling")
+def test_an_index_would_take_both(tmp_path):
+    python("-m", "hatchling", "build", "-d", str(tmp_path), cwd=ROOT)
+    files = sorted(str(path) for path in tmp_path.iterdir())
+    assert len(files) == 2
+    assert python("-m", "twine", "check", "--strict", *files).count("PASSED") == 2
+
+
+def test_the_metadata_say_what_it_is_and_invent_no_address(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith("dist-info/METADATA"))
+        lines = archive.read(name).decode().splitlines()
+    assert "License-Expression: BSD-3-Clause" in lines
+    assert "Classifier: Topic :: Scientific/Engineering :: Physics" in lines
+    assert sorted(line for line in lines if line.startswith("Project-URL")) == [
+        "Project-URL: Drake, https://drake.mit.edu",
+        "Project-URL: Paper of the model, https://doi.org/10.1007/s12283-010-0056-x",
+    ]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+from xml.etree import ElementTree
 
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
 
 import drake_racket as dr
 from drake_racket.cases.case import SCENARIOS
+from drake_racket.io.notebooks import bars
+from drake_racket.plots import new_figure
 from drake_racket.sweep import make_sweep
 
 HELD = dr.make_impact_diagram(dr.Scenario(support="grip", grip_kind="torsional", speed=30.0))
@@ -75,3 +78,69 @@ def test_what_is_too_long_is_cut() -> None:
     assert len(repr(long)) == 120
     many = dataclasses.replace(RACKET.string_bed.stiffness, value=(1e5,) * 100)
     assert repr(many).endswith("...] N/m (printed)")
+
+
+SWEEP = make_sweep(dr.Scenario(), {"point": [2, 5, 8], "speed": {"values": [20], "unit": "m/s"}})
+
+
+@pytest.mark.parametrize(
+    ("thing", "cells"),
+    [
+        (RACKET, ["string_bed.initial_tension", "kg*m^2", "Glynn et al. 2011, Table 1", "by_axis"]),
+        (dr.Scenario(speed=31.0), ["<td", "speed", "31.0", "changed"]),
+        (SWEEP, ["Sweep of 3 cases", "2, 5, 8", "outputs: restitution"]),
+        (
+            dr.simulate(dr.Scenario(after=0.002), history=False),
+            ["Rebound speed", "ended in contact"],
+        ),
+    ],
+    ids=lambda x: type(x).__name__,
+)
+def test_a_notebook_shows_a_table(thing: object, cells: list[str]) -> None:
+    text = thing._repr_html_()  # type: ignore[attr-defined]
+    for cell in cells:
+        assert cell in text
+    parsed = ElementTree.fromstring(text)  # well-formed: nothing of a user's text is markup
+    rows = parsed.findall(".//tbody/tr")
+    assert len({len(row) for row in rows}) == 1
+    assert len(rows) > 1
+
+
+def test_texts_are_escaped() -> None:
+    named = dataclasses.replace(RACKET, title="<b>mine</b> & yours")
+    text = named._repr_html_()
+    assert text.startswith("<details><summary>")
+    assert "&lt;b&gt;mine" in text
+    assert "<b>" not in text
+
+
+def test_a_figure_is_shown_and_not_kept() -> None:
+    figure = new_figure(2.0, 1.0)
+    assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def test_a_bar_of_progress(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = dr.ProgressBar()
+    bar(dr.Progress("running", 1, 4, failed=1, seconds=2.0))
+    bar(dr.Progress("running", 4, 4, seconds=8.0))
+    shown = capsys.readouterr().err
+    assert shown == "\rrunning: 1 of 4, 1 failed, 6 s left\rrunning: 4 of 4\n"
+
+
+def test_bars_in_a_notebook_move(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[str] = []
+
+    class Handle:
+        def update(self, bar: object) -> None:
+            shown.append("again " + bar._repr_html_())  # type: ignore[attr-defined]
+
+    def display(bar: object, display_id: bool) -> Handle:
+        shown.append("first " + bar._repr_html_())  # type: ignore[attr-defined]
+        return Handle()
+
+    monkeypatch.setattr(bars, "_notebook_display", lambda: display)
+    bar = dr.ProgressBar()
+    for task, done in (("checking", 4), ("running", 1), ("running", 2)):
+        bar(dr.Progress(task, done, 4))
+    assert [text[:6] for text in shown] == ["first ", "first ", "again "]
+    assert 'value="2" max="4"' in shown[-1]

@@ -54,6 +54,18 @@ class ImpactDiagram:
     hand that has mass `wrist_load`); with a limb
     also `joint_torques`, as an output, or as an input if they are a user's (then there is `limb`).
     Build one per topology (`Case.topology`) and take a new Context per case.
+
+    Attributes:
+        diagram: to be simulated, or to become part of another.
+        plant: with racket, ball and whatever holds the racket.
+        impact: handles to string-bed and contact.
+        meter: the EnergyMeter; None without an audit.
+        case: that it was built for.
+        grip: handles to the hand; None where no hand holds the racket.
+        grip_load: the GripLoad; None likewise.
+        limb: handles to the limb; None without one.
+        probe: reads accelerations between steps, for histories.
+
     """
 
     diagram: Diagram

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from drake_racket.cli import animate, examples, identify, impact, plot, show, sweep, validate
+from drake_racket.cli import animate, cite, examples, identify, impact, plot, show, sweep, validate
 from drake_racket.cli.rackets import compare, customise, new
 from drake_racket.io.errors import InputError, SimulationError, WorkStopped, one_line
 from drake_racket.io.interrupts import exit_status, terminable
@@ -32,6 +32,7 @@ for command in (
     show.show,
     validate.validate,
     examples.examples,
+    cite.cite,
 ):
     app.command()(command)
 app.add_typer(identify.app, name="identify")

@@ -12,7 +12,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.files import check_directory, directory_error, write_text
 from drake_racket.io.shipped import data_directory, studies_directory
 
-_NOT_COPIED = ("published.yaml",)  # what the validation compares with
+_NOT_COPIED = ("published.yaml", "references.yaml")  # of the validation, and of `cite`
 
 
 def examples(

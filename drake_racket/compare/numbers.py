@@ -97,4 +97,5 @@ NUMBERS = (
     Number("peak_hand_force", "N", "peak force on the hand", 1.0, "N", 1, SHAKE),
     Number("peak_hand_torque", "N*m", "peak torque on the hand", 1.0, "N m", 2, SHAKE),
 )
+"""What a comparison of rackets shows, in its order, with units and how each is printed."""
 BY_NAME = {number.name: number for number in NUMBERS}

@@ -14,6 +14,10 @@ from .frame.distribution import fit_distribution as fit_distribution
 from .frame.distribution import predictions as predictions
 from .frame.fit import fit_frame as fit_frame
 from .frame.fit import hammer_record as hammer_record
+from .impacts.fit import ImpactsFit as ImpactsFit
+from .impacts.fit import fit_impacts as fit_impacts
+from .impacts.table import MeasuredImpacts as MeasuredImpacts
+from .impacts.table import read_measured_impacts as read_measured_impacts
 from .report.directory import markdown_table as markdown_table
 from .strings.angle_table import AngleTable as AngleTable
 from .strings.angle_table import read_angles as read_angles

@@ -72,7 +72,7 @@ _TEMPORARY = re.compile(r"\.(?P<stem>.+)\.[0-9]+\.tmp(?P<suffix>\.[^.]+|)")
 
 
 def write_text(text: str, path: str | Path) -> None:
-    """Writes UTF-8 text."""
+    """Writes text as UTF-8, whole or not at all; raises OSError."""
     path = Path(path)
     replace_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 

@@ -79,7 +79,20 @@ NO_TIME = float("nan")
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """The record holds what a BallContact has latched, as numbers; see its discrete state."""
+    """The record holds what a BallContact has latched, as numbers; see its discrete state.
+
+    Attributes:
+        phase: of the contact: before touch, in contact, or away.
+        point: number of the string-bed point.
+        approach_speed: m/s, normal to the strings, at first touch.
+        kb: N/m, of the ball at that speed.
+        cb: N s/m, likewise.
+        touch_time: s, of the first touch.
+        release_time: s, of the last release.
+        energy_given_up: J, of what compression was left at releases.
+        touches: how often the ball touched.
+
+    """
 
     phase: float
     point: int

@@ -10,6 +10,7 @@ from drake_racket.io.schema import Schema
 from drake_racket.parameters.quantities import Choice, Named, Of, Quantity
 
 JOINT_READINGS = ("by_axis", "as_printed")
+"""How the labels of the paper's Table 2 can be read; see `ThroatJoint.labels`."""
 
 AXES = ("x", "y", "z")
 

@@ -23,6 +23,7 @@ from drake_racket.io.yaml_files import dump_text, load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantities, Quantity
 
 GRIPS = ("loose", "normal", "tight")
+"""Names of the shipped grips, for `load_grip`; all three are inferred."""
 
 HANDS = ("hand_light", "hand_medium", "hand_tight")
 """Shipped grips whose hand has mass."""

@@ -22,6 +22,7 @@ from drake_racket.parameters.quantities import Of, Quantity, check_name
 
 UPPER_LIMBS = ("upper_limb",)
 SEGMENTS = ("upper_arm", "forearm", "hand")
+"""Names of the shipped limb's segments, from the shoulder to the hand."""
 JOINTS = (
     "shoulder_abduction",
     "shoulder_flexion",
@@ -102,7 +103,19 @@ class JointSet(Schema):
 
 @dataclass(frozen=True, repr=False)
 class UpperLimbParameters(Schema):
-    """The parameters are the whole content of one file of an upper limb."""
+    """The parameters are the whole content of one file of an upper limb.
+
+    Attributes:
+        name: letters, digits and _.
+        title: for people.
+        subject: mass (kg) and height (m) of the body whose limb it is.
+        upper_arm, forearm, hand: the segments.
+        grip: where the handle lies in the fist.
+        joints: ranges (rad) and the stiffness at their ends (N m/rad).
+        limit_damping: s/rad, on the torques at the ends of the ranges.
+        notes: what a reader should know.
+
+    """
 
     name: Text
     title: Text

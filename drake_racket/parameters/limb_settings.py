@@ -21,10 +21,12 @@ class LimbSettings(Schema):
         model: `upper_limb` (the shipped one), or the path of an SDF, URDF or model directives file
             (`.dmd.yaml`), of a MuJoCo model (`.xml`, `.mjb`) or an OpenSim model (`.osim`).
         side: of the shipped limb, right or left.
-        mass, height: of the shipped limb's subject (kg, m); 0 for those of its file.
+        mass: of the shipped limb's subject (kg); 0 for that of its file.
+        height: of the shipped limb's subject (m); 0 for that of its file.
         grip_rotation_deg: of the shipped limb's racket about its own axis in the fist.
-        place, trunk_azimuth_deg: of the shoulder (or of `base`) in the world (m): where it is, and
-            its heading, from x (towards the net) towards y (left).
+        place: of the shoulder (or of `base`) in the world (m).
+        trunk_azimuth_deg: heading of the shoulder (or of `base`) in the world, from x (towards the
+            net) towards y (left).
         base: of a file's limb, the frame that is welded to the world at `place`; empty if the file
             does that. Of MuJoCo and OpenSim the body from which on the model is taken.
         hand: of a file's limb, the frame (MuJoCo: body or site) on which the racket's grip frame

@@ -35,7 +35,15 @@ def _with_unit(number: str, unit: str, status: str) -> str:
 
 @dataclass(frozen=True, repr=False)
 class Quantity(Schema):
-    """A quantity is one number with its unit and its provenance."""
+    """A quantity is one number with its unit and its provenance.
+
+    Attributes:
+        value: in `unit`.
+        unit: as parameter files spell it, `kg*m^2`; `1` for a pure number.
+        status: one of STATUSES: how the number is known.
+        source: where it comes from, or why it was inferred.
+
+    """
 
     value: _Value
     unit: Text
@@ -170,6 +178,21 @@ def sourced_fields(
             yield key, value
         elif dataclasses.is_dataclass(value) and (idle or not getattr(value, "idle", False)):
             yield from sourced_fields(value, key, idle=idle)
+
+
+def sourced_rows(parameters: object) -> list[tuple[str, ...]]:
+    """Tells of every sourced value its key, value, unit, status and source, as texts."""
+    rows: list[tuple[str, ...]] = []
+    for key, found in sourced_fields(parameters):
+        if isinstance(found, Assignment):
+            value = ", ".join(f"{part}: {name}" for part, name in found.value.items())
+        elif isinstance(found, Quantities):
+            value = ", ".join(f"{number:g}" for number in found.value)
+        else:
+            value = f"{found.value:g}" if isinstance(found, Quantity) else found.value
+        unit = getattr(found, "unit", "1")
+        rows.append((key, value, "" if unit == "1" else unit, found.status, found.source))
+    return rows
 
 
 def check_name(name: str, where: str) -> None:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.notebooks.tables import html_table
 from drake_racket.io.numbers import FrozenDict
 from drake_racket.io.schema import Number, Schema, Text, read, shown
 from drake_racket.io.shipped import data_directory
@@ -39,6 +40,7 @@ from drake_racket.parameters.quantities import (
     Quantity,
     Spread,
     check_name,
+    sourced_rows,
 )
 from drake_racket.parameters.segments import check_frame, joints_of, segments_of
 from drake_racket.parameters.string_bed import (
@@ -49,7 +51,9 @@ from drake_racket.parameters.string_bed import (
 )
 
 RACKETS = ("tour", "recreational")
+"""Names of the shipped rackets, for `load_racket`."""
 TENSIONS = ("low", "high")
+"""Names of the two published tensions of each shipped racket."""
 ROUNDING = 1e-12
 """Of a flat body's moments, by which the largest may exceed the sum of the others."""
 
@@ -103,6 +107,14 @@ class RacketParameters(Schema):
     def __repr__(self) -> str:
         """Shows name and title."""
         return shown(self, f"{self.name}: {self.title}")
+
+    def _repr_html_(self) -> str:
+        """Shows a notebook every number with its unit, how it is known, and its source; folded."""
+        rows = sourced_rows(self)
+        inferred = sum(status == "inferred" for _, _, _, status, _ in rows)
+        title = f"{self.title}: {len(rows)} entries, of which {inferred} are inferred"
+        head = ("key", "value", "unit", "status", "source")
+        return html_table(title, rows, head=head, folded=True)
 
     def bed_topology(self) -> BedTopology:
         """Tells which points the string-bed has, and which spring ends where."""

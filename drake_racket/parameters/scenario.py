@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
+from drake_racket.io.notebooks.tables import html_table
 from drake_racket.io.numbers import number_between, plain_numbers
 from drake_racket.io.schema import (
     After,
@@ -113,20 +115,27 @@ class Scenario(Schema):
     """A scenario is one impact as data. SI units; angles in degrees, as their names say.
 
     Attributes:
-        racket, tension, ball: names of shipped parameter files, paths of the user's own, or for
-            the tension a number in N; see `load_racket` and `load_ball`.
+        racket: `tour`, `recreational`, or the path of a racket's file.
+        tension: `low`, `high`, or a stringing tension in N (`280`, `63lb`) on the line through the
+            two published ones; a racket's file has its own.
+        ball: `penn_titanium`, or the path of a ball's file.
         joint_reading: `by_axis`, `as_printed`, or empty for what the racket's file says.
-        friction_reading, reaction_point: see `plant.compose.add_impact`.
+        friction_reading: where friction points: against the sliding `velocity`, or the
+            `displacement` from the place of touch, as the paper has it.
+        reaction_point: where the contact's reaction acts on the head: at the `ball`, or at the
+            `string_mass`, as the paper has it.
         support: `free`, `clamped_head` (head welded to the world), `clamped_handle`, `grip`
             (a hand fixed in the world; see `plant.grip`), or `limb` (a hand at the end of a limb).
-        grip, grip_kind: of the hand, by name or file: `loose`, `normal`, `tight`; and `compliant`,
-            `torsional` or `weld` (see `plant.grip`).
+        grip: of the hand: `loose`, `normal`, `tight`, or the path of a grip's file.
+        grip_kind: six spring-dampers (`compliant`), three about a held point (`torsional`), or a
+            rigid hand (`weld`); see `plant.grip`.
         limb: with support `limb`, which one, and its stroke: `LimbSettings`.
         overrides: single numbers of racket, ball and grip in place of their files', by dotted key:
             `racket.head.mass`, `ball.stiffness_low`, `grip.force_stiffness.x`; see `overrides`.
         point: a number (`1` to `9` on a bed of nine), or `auto` for the point nearest to the ball
             at touch.
-        offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre).
+        offset_x, offset_y: where the ball is aimed, from the point (with `auto`, the centre), along
+            the racket and across it.
         speed: of the ball, in the world.  incidence_deg: from the normal of the strings.
             azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
         approach_time: flight before touch.  after: time simulated from touch on.
@@ -172,6 +181,16 @@ class Scenario(Schema):
     def __repr__(self) -> str:
         """Shows what differs from the defaults."""
         return shown_changes(self)
+
+    def _repr_html_(self) -> str:
+        """Shows a notebook every key, and which differ from their defaults."""
+        usual = Scenario()
+        rows = [
+            (item.name, f"{value!r}", "" if value == getattr(usual, item.name) else "changed")
+            for item in dataclasses.fields(self)
+            for value in (getattr(self, item.name),)
+        ]
+        return html_table("Scenario", rows, head=("key", "value", ""))
 
     def point_number(self) -> int:
         """Gives the point's number from 1 on, or 0 for `auto`."""

@@ -18,7 +18,15 @@ from drake_racket.plant.shapes import show_ball
 
 @dataclass(frozen=True, repr=False)
 class Ball:
-    """The Ball holds handles to a ball in a plant."""
+    """The Ball holds handles to a ball in a plant.
+
+    Attributes:
+        plant: that it is on.
+        parameters: of its file.
+        model_instance: of the plant.
+        body: free in the world.
+
+    """
 
     plant: MultibodyPlant
     parameters: BallParameters

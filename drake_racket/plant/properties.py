@@ -16,12 +16,24 @@ from drake_racket.parameters.frame import BENDING_AXES, FrameJoint
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.racket import Racket, add_racket
 
-SWINGWEIGHT_AXIS = 0.1016  # m from the butt: 4 inches, the convention of racket makers
+SWINGWEIGHT_AXIS = 0.1016
+"""m from the butt to the axis of the swingweight: 4 inches, the convention of racket makers."""
 
 
 @dataclass(frozen=True)
 class RacketProperties:
-    """The properties are those of the strung racket's mass, and the bare frame's fundamentals."""
+    """The properties are those of the strung racket's mass, and the bare frame's fundamentals.
+
+    Attributes:
+        mass: kg.
+        balance: m, of the centre of mass from the butt.
+        swingweight: kg m^2, about the transverse axis 4 inches from the butt.
+        twistweight: kg m^2, about the long axis.
+        spinweight: kg m^2, about the normal of the strings 4 inches from the butt.
+        in_plane_frequency: Hz, of the bare frame, free.
+        out_of_plane_frequency: Hz, likewise.
+
+    """
 
     mass: float  # kg
     balance: float  # m, centre of mass from the butt
@@ -34,6 +46,16 @@ class RacketProperties:
 
 def racket_properties(parameters: RacketParameters) -> RacketProperties:
     """Computes the properties from the parsed model, not from the parameter file."""
+    in_plane, out_of_plane = frame_fundamentals(parameters)
+    return RacketProperties(
+        **mass_properties(parameters),
+        in_plane_frequency=in_plane,
+        out_of_plane_frequency=out_of_plane,
+    )
+
+
+def mass_properties(parameters: RacketParameters) -> dict[str, float]:
+    """Computes those of the properties that are the strung racket's mass alone, by name."""
     plant = MultibodyPlant(0.0)
     racket = add_racket(plant, parameters)
     plant.Finalize()
@@ -45,16 +67,13 @@ def racket_properties(parameters: RacketParameters) -> RacketProperties:
     at_axis = inertia.Shift([SWINGWEIGHT_AXIS, 0.0, 0.0]).CalcRotationalInertia()
     moments = at_axis.CopyToFullMatrix3()
     com = plant.CalcCenterOfMassPositionInWorld(context, instances)
-    in_plane, out_of_plane = frame_fundamentals(parameters)
-    return RacketProperties(
-        mass=plant.CalcTotalMass(context, instances),
-        balance=float(com[0]),
-        swingweight=float(moments[1, 1]),
-        twistweight=float(moments[0, 0]),
-        spinweight=float(moments[2, 2]),
-        in_plane_frequency=in_plane,
-        out_of_plane_frequency=out_of_plane,
-    )
+    return {
+        "mass": plant.CalcTotalMass(context, instances),
+        "balance": float(com[0]),
+        "swingweight": float(moments[1, 1]),
+        "twistweight": float(moments[0, 0]),
+        "spinweight": float(moments[2, 2]),
+    }
 
 
 def frame_fundamentals(parameters: RacketParameters, *, strung: bool = False) -> tuple[float, ...]:

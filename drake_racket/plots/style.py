@@ -13,17 +13,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Okabe & Ito's palette: told apart by colour-blind readers and, by lightness, in print
-BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-ORANGE, SKY, GREY = "#E69F00", "#56B4E9", "0.45"
+BLUE = "#0072B2"
+"""A colour of the figures, from Okabe and Ito's palette: blue."""
+VERMILION = "#D55E00"
+"""A colour of the figures, from Okabe and Ito's palette: vermilion."""
+GREEN = "#009E73"
+"""A colour of the figures, from Okabe and Ito's palette: bluish green."""
+PURPLE = "#CC79A7"
+"""A colour of the figures, from Okabe and Ito's palette: reddish purple."""
+ORANGE = "#E69F00"
+"""A colour of the figures, from Okabe and Ito's palette: orange."""
+SKY = "#56B4E9"
+"""A colour of the figures, from Okabe and Ito's palette: sky blue."""
+GREY = "0.45"
+"""The grey of what is drawn for comparison."""
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours of what is compared, in order."""
 RACKET_COLOURS = {"tour": BLUE, "recreational": VERMILION}
+"""Shipped racket -> its colour in all figures."""
 BED_STYLES = {
     ("tour", "low"): (BLUE, "-"),
     ("tour", "high"): (BLUE, "--"),
     ("recreational", "low"): (VERMILION, "-"),
     ("recreational", "high"): (VERMILION, "--"),
 }
+"""Shipped racket and tension -> colour and line style in all figures."""
 
 
 def as_written(text: object) -> str:
@@ -38,9 +52,9 @@ def tidy(axes: Any) -> None:
 
 def new_figure(width: float, height: float) -> Figure:
     """Draws a figure (inches) that needs no display."""
-    from matplotlib.figure import Figure
+    from drake_racket.plots.notebook_figure import NotebookFigure
 
-    return Figure(figsize=(width, height), layout="constrained")
+    return NotebookFigure(figsize=(width, height), layout="constrained")
 
 
 def draw_outline(axes: Any, racket: RacketParameters, *, along_x: bool = True) -> None:

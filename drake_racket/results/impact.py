@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from drake_racket.cases.case import Case
 from drake_racket.engines.trajectory import Trajectory
+from drake_racket.io.notebooks.tables import html_table
 from drake_racket.io.numbers import json_data
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import ContactRecord, contact_record
@@ -27,7 +28,7 @@ from drake_racket.results.energy import (
 )
 from drake_racket.results.history import make_history
 from drake_racket.results.kinematics import sensor_accelerations
-from drake_racket.results.summary import summary_text
+from drake_racket.results.summary import summary_rows, summary_text
 from drake_racket.results.warnings import run_warnings
 
 if TYPE_CHECKING:
@@ -69,24 +70,32 @@ class ImpactResult:
     expressed in R.
 
     Attributes:
-        approach_velocity, rebound_velocity: (3,) of the ball, at the start and at its last release
-            (at the end of the run if there is none).
+        scenario: that was run.
+        approach_velocity: (3,) of the ball at the start.
+        rebound_velocity: (3,) of the ball at its last release (at the end of the run if there is
+            none).
         apparent_restitution: normal rebound speed over normal approach speed, relative to the
             initial velocity of the racket where the ball is aimed (0 but in a stroke).
         aim_velocity: (3,) that velocity.
         rebound_angle: between rebound velocity and the initial normal of the strings.
         contact_time: from first touch to last release.
-        touch_time, point, touches: when, where (1-9) and how often the ball touched.
-        peak_normal_force, peak_string_deflection: parabola through the highest sample and its
+        touch_time: of the first touch, from the start.
+        point: number of the string-bed point that the ball touched.
+        touches: how often the ball touched.
+        peak_normal_force: on the ball, from a parabola through the highest sample and its
             neighbours.
+        peak_string_deflection: of a string mass, in the same way.
         impulse: (3,) change of the ball's momentum from start to rebound.
-        kb, cb: as latched at the normal approach speed `normal_approach_speed`.
-        racket_velocity, racket_angular_velocity: (3,) of the racket's rigid motion at the end:
-            velocity of its centre of mass, and its rotation.
+        normal_approach_speed: of the ball relative to the strings, at first touch.
+        kb: stiffness of the ball, as latched at that speed.
+        cb: damping of the ball, as latched at that speed.
+        racket_velocity: (3,) of the racket's centre of mass at the end.
+        racket_angular_velocity: (3,) of the racket's rigid motion at the end.
         peak_handle_acceleration: largest magnitude at the frame `accelerometer`; None without the
             history, and from a discrete plant, which has no acceleration of an instant.
-        peak_in_plane_angle, peak_out_of_plane_angle: largest magnitudes at the throat joint;
-            of more than two segments, of the sum of the joints' angles from butt to tip.
+        peak_in_plane_angle: largest magnitude of the frame's bending in the plane of the strings:
+            the sum of its joints' angles from butt to tip.
+        peak_out_of_plane_angle: largest magnitude of the bending out of that plane.
         energy_error: largest |E(t) - E(0)| over the initial kinetic energy; without the history it
             and the next two are those at the end of the run.
         momentum_error: free racket: largest change of total linear momentum over the initial
@@ -94,7 +103,8 @@ class ImpactResult:
         angular_momentum_error: free racket only; about the butt, relative to the initial value.
         balance: energies and momenta at the end of the run.
         warnings: what the user should know about this run.
-        steps, evaluations: of the integrator.
+        steps: of the integrator.
+        evaluations: of the derivatives.
         history: labelled time history; None if not asked for.
         derivatives: of its numbers by keys (`drake_racket.derivatives`); None if not asked for.
 
@@ -139,6 +149,11 @@ class ImpactResult:
         """What was hit, and how fast the ball left."""
         speed = float(np.linalg.norm(self.rebound_velocity))
         return f"ImpactResult(point {self.point}, rebound {speed:.2f} m/s)"
+
+    def _repr_html_(self) -> str:
+        """Shows a notebook what the command line prints, as a table."""
+        title = f"{self.scenario.racket} racket, {self.scenario.support}"
+        return html_table(title, summary_rows(self), below=" ".join(self.warnings))
 
     def to_json(self) -> dict[str, Any]:
         """Gives everything but the history, as JSON's own types, with the units (`units`)."""

@@ -27,6 +27,9 @@ class Output:
     """An output is one number of an impact.
 
     Attributes:
+        name: in sweeps and their results.
+        units: of the number.
+        long_name: what it is, in words.
         read: a module's function (it travels between processes); NaN where there is no number.
         needs_history: it is read from the time history, which makes a run slower.
         needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb)
@@ -266,6 +269,7 @@ def _all() -> list[Output]:
 
 
 OUTPUTS: Mapping[str, Output] = MappingProxyType({output.name: output for output in _all()})
+"""Name -> output: every number of an impact that a sweep can keep."""
 
 USUAL_OUTPUTS = tuple(output.name for output in USUAL)
 

@@ -40,6 +40,7 @@ STROKES = {"topspin_drive": (31.0, 17.0, 90.0), "slice": (25.0, 16.0, -90.0)}
 """Relative speed (m/s) and angle (degrees), printed in Methods; azimuth (degrees), inferred."""
 
 ANGLE_READINGS = ("from_normal", "from_plane")
+"""How the paper's angles of incidence can be read: from the strings' normal, or their plane."""
 
 
 def head_clamped_scenario() -> Scenario:

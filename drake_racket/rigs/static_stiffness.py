@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 FORCES = (1.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 800.0, 1000.0, 1200.0)
 """N; impacts at 18-33 m/s peak at 0.6 to 1.3 kN."""
 
-MOST_FORCE = 20e3  # N
+MOST_FORCE = 20e3
+"""N, up to which a string-bed can be pressed."""
 
 
 def tangent_stiffness(

@@ -22,6 +22,7 @@ from typing import Annotated, Any
 from drake_racket.cases.case import check_scenario, load_scenario, resolve
 from drake_racket.cases.keys import Key, Value, with_settings, with_values
 from drake_racket.io.errors import InputError
+from drake_racket.io.notebooks.tables import html_table
 from drake_racket.io.schema import Number, Schema, Whole, read, shown
 from drake_racket.io.yaml_files import parse_tree, read_text
 from drake_racket.parameters.scenario import Scenario
@@ -79,6 +80,13 @@ class Sweep:
         axes = " x ".join(f"{axis.name} ({len(axis)})" for axis in self.axes)
         return shown(self, f"{len(self)} cases: {axes}")
 
+    def _repr_html_(self) -> str:
+        """Shows a notebook the axes with their values, and what is kept of each case."""
+        rows = [(axis.name, str(len(axis)), _first_and_last(axis)) for axis in self.axes]
+        kept = ", ".join(output.name for output in self.outputs)
+        title = f"Sweep of {len(self)} cases"
+        return html_table(title, rows, head=("axis", "values", ""), below=f"outputs: {kept}")
+
     @property
     def shape(self) -> tuple[int, ...]:
         """Gives the number of places along each axis."""
@@ -107,6 +115,12 @@ class Sweep:
                 else:
                     values[column.key] = column.values[place]
         return with_values(self.base, values, factors)
+
+
+def _first_and_last(axis: SweepAxis) -> str:
+    """A short text of an axis's labels."""
+    labels = [f"{x:g}" if isinstance(x, float) else str(x) for x in axis.labels]
+    return ", ".join(labels if len(labels) < 7 else [*labels[:3], "...", labels[-1]])
 
 
 def load_sweep(path: str | Path, settings: Sequence[str] = ()) -> Sweep:

@@ -12,6 +12,8 @@ from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file
 
 TOLERANCE_KINDS = ("relative", "absolute")
+OWN = ("input", "fit", "closed form")
+"""What of the model's own a row compares it with: such rows could hardly fail."""
 
 OWN = ("input", "fit", "closed form")
 """What of the model's own a row compares it with: such rows could hardly fail."""
@@ -19,7 +21,25 @@ OWN = ("input", "fit", "closed form")
 
 @dataclass(frozen=True)
 class PublishedValue(Schema):
-    """A published value is one number or range; the head of data/published.yaml has the keys."""
+    """A published value is one number or range; the head of data/published.yaml has the keys.
+
+    Attributes:
+        key: of the row.
+        section: of the report.
+        quantity: what the number is, in words.
+        unit: of all its numbers.
+        source: where it is printed.
+        value: the number; None where there is a range.
+        low, high: ends of a range, either of which may be None.
+        tolerance: on the difference.
+        tolerance_kind: `relative` to the published value, or `absolute`.
+        tolerance_reason: why so much.
+        not_comparable: why no verdict is possible, where that is so.
+        depends_on: keys of the inferred values behind the model's number.
+        own: what of the model's own the row compares it with, one of OWN; empty for a measurement.
+        note: one line that the report prints beside the verdict.
+
+    """
 
     key: Text = ""
     section: Text = ""

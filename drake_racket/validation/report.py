@@ -6,9 +6,9 @@ import csv
 import html
 import io
 import platform
-from collections import Counter
 from collections.abc import Sequence
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,14 @@ from drake_racket.parameters.quantities import sourced_fields
 from drake_racket.parameters.racket import load_racket
 from drake_racket.validation.outcome import Plan
 from drake_racket.validation.published import PublishedValue
-from drake_racket.validation.rows import AGREES, DIFFERS, NOT_COMPARABLE, Comparison
+from drake_racket.validation.rows import AGREES, DIFFERS, Comparison
+from drake_racket.validation.summary import (
+    command_anchor,
+    commands,
+    contents,
+    count_table,
+    slug,
+)
 
 
 def write_report(
@@ -67,6 +74,7 @@ def _record(row: Comparison) -> dict[str, Any]:
         "tolerance": row.tolerance,
         "tolerance_reason": entry.tolerance_reason,
         "verdict": row.verdict,
+        "command": f"drake-racket validate --out report --only {entry.section}",
         "reason": row.reason(),
         "depends_on_inferred": entry.depends_on,
         "own": entry.own,
@@ -80,28 +88,32 @@ def markdown(
     plan: Plan,
 ) -> str:
     """Gives the report as Markdown."""
-    counts = Counter(row.verdict for row in rows)
+    able = [row for row in rows if not row.published.own]
+    agree, differ = (sum(row.verdict == v for row in able) for v in (AGREES, DIFFERS))
     lines = [
         "# Validation report",
         "",
-        "Written by `drake-racket validate`: every published number that the model can be held"
-        " against, what the model gives, and how far off it is. Verdicts follow from the numbers:"
-        " the difference against the stated tolerance. The source is Glynn, King & Mitchell (2011),"
-        " doi:10.1007/s12283-010-0056-x, where no other is named.",
+        "## In one minute",
         "",
-        f"{len(rows)} rows: **{counts[AGREES]} agree, {counts[DIFFERS]} differ,"
-        f" {counts[NOT_COMPARABLE]} are not comparable.**",
+        f"This report holds the model against {len(rows)} published numbers. Of those that could"
+        f" have failed **{agree} agree and {differ} differ**. The other rows are checks of the"
+        " program rather than of the model: their numbers are inputs, were in view when a missing"
+        " value was inferred, or come from the same equations.",
         "",
-        _apart(rows),
+        *count_table(rows),
         "",
-        f"drake_racket {version('drake-racket')}, Drake {version('drake')},"
-        f" Python {platform.python_version()}."
-        f" {len(plan.points)} points, {len(plan.speeds)} speeds."
+        "A verdict follows from the numbers alone: a row agrees if the difference is within the"
+        " tolerance that the row states. Where no other source is named, the number is from Glynn,"
+        " King & Mitchell (2011), doi:10.1007/s12283-010-0056-x.",
+        "",
+        f"Computed by `drake-racket validate` with drake_racket {version('drake-racket')}, Drake"
+        f" {version('drake')}, Python {platform.python_version()}, at {len(plan.points)} points and"
+        f" {len(plan.speeds)} speeds."
         + ("" if plan.settings() == Plan().settings() else " **A coarse grid, for a first look.**"),
         "",
-        "What differs:",
+        "## Contents",
         "",
-        *[_one_line(row) for row in rows if row.verdict == DIFFERS],
+        *contents(rows, titles),
     ]
     for name, record in sections.items():
         lines += ["", f"## {titles[name]}", ""]
@@ -111,20 +123,19 @@ def markdown(
         for figure in record["figures"]:
             lines += ["", f"![{figure['caption']}](figures/{figure['file']})", ""]
             lines += [f"*{figure['caption']}*"]
+    lines += ["", "## What differs", "", *_differences(rows)]
+    lines += ["", "## Commands", "", *commands(sections)]
     lines += ["", "## What is inferred", "", *_inferred(rows), ""]
     return "\n".join(lines)
 
 
-def _apart(rows: Sequence[Comparison]) -> str:
-    """Counts rows that could have failed apart from those that hardly could."""
-    counted = [row for row in rows if row.verdict != NOT_COMPARABLE]
-    own = [row for row in counted if row.published.own]
-    others = [row for row in counted if not row.published.own]
-    agree = sum(row.verdict == AGREES for row in others)
-    return (
-        f"{len(own)} of them compare the model with its own input, fit or closed form, and could"
-        f" hardly fail. Of the {len(others)} that could, **{agree} agree.**"
-    )
+def _differences(rows: Sequence[Comparison]) -> list[str]:
+    """Lists the rows that differ: first those that could have failed."""
+    wrong = [row for row in rows if row.verdict == DIFFERS]
+    able = [_one_line(row) for row in wrong if not row.published.own]
+    rest = [_one_line(row) for row in wrong if row.published.own]
+    lines = ["Rows that could have failed, and did:", "", *(able or ["- none"])]
+    return [*lines, "", "Other rows that differ:", "", *(rest or ["- none"])]
 
 
 def _one_line(row: Comparison) -> str:
@@ -138,8 +149,8 @@ def _one_line(row: Comparison) -> str:
 def _table(rows: Sequence[Comparison]) -> list[str]:
     lines = [
         "| quantity | published | source | model | difference | tolerance | verdict | why |"
-        " depends on inferred |",
-        "|---|---|---|---|---|---|---|---|---|",
+        " held against | depends on inferred | made by |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
         entry = row.published
@@ -152,7 +163,9 @@ def _table(rows: Sequence[Comparison]) -> list[str]:
             _tolerance(row),
             f"**{row.verdict}**" if row.verdict == DIFFERS else row.verdict,
             row.reason(),
+            entry.own or "a measurement",
             ", ".join(f"`{key}`" for key in entry.depends_on) or "nothing",
+            f"[command](#{command_anchor(entry.section)})",
         )
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return lines
@@ -239,7 +252,12 @@ def as_html(text: str) -> str:
     """Gives the Markdown as one HTML page; its figures stay files beside it."""
     from markdown_it import MarkdownIt
 
-    body = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)
+    reader = MarkdownIt("commonmark", {"html": False}).enable("table")
+    tokens = reader.parse(text)
+    for token, inside in pairwise(tokens):
+        if token.type == "heading_open":
+            token.attrSet("id", slug(inside.content))
+    body = reader.renderer.render(tokens, reader.options, {})
     title = html.escape(text.splitlines()[0].removeprefix("# "))
     return (
         f'<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8"><title>{title}</title>\n'

@@ -44,6 +44,7 @@ SECTIONS: dict[str, tuple[str, Section]] = {
     "moving_racket": ("Free, held and clamped racket", moving_racket),
     "static_stiffness": ("String-bed pressed slowly", static_stiffness),
 }
+"""Name -> title of a section of the report, and the function that computes it."""
 
 FILE = "validation.sqlite"
 

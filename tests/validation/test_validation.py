@@ -22,8 +22,10 @@ from drake_racket.cli import main
 from drake_racket.rigs.modes.frame_modes import published_antinodes, published_fundamentals
 from drake_racket.validation import SECTIONS, PublishedValue, compare, load_published, validate
 from drake_racket.validation.outcome import Plan
-from drake_racket.validation.report import _apart, inferred_values
+from drake_racket.validation.report import inferred_values
 from drake_racket.validation.run import FILE, fingerprint
+from drake_racket.validation.summary import STUDIES
+from tests.conftest import ROOT
 
 ENTRY = PublishedValue("k", "static_stiffness", "q", "N", "s", value=100.0, note="n")
 NUMBERS = st.floats(-1e6, 1e6)
@@ -65,6 +67,7 @@ def test_the_papers_numbers_are_those_printed():
         ('unit: "N"\n    value: 1.0\n    tolerance_kind: rough', "relative, absolute"),
         ('unit: "N"\n    value: 1.0\n    tolerance_reason: ""', "a reason"),
         ('unit: "N"\n    value: 1.0\n    verdict: agrees', "unknown key"),
+        ('unit: "N"\n    value: 1.0\n    own: hope', "input, fit, closed form"),
         ('unit: "N"\n    value: .nan', "finite"),
     ],
 )
@@ -184,9 +187,14 @@ class _Page(HTMLParser):
         super().__init__()
         self.rows = 0
         self.pictures: list[str] = []
+        self.links: set[str] = set()
+        self.names: set[str] = set()
 
     def handle_starttag(self, tag, attrs):
         self.rows += tag == "tr"
+        self.names |= {value for key, value in attrs if key == "id"}
+        if tag == "a":
+            self.links.add(dict(attrs)["href"])
         if tag == "img":
             self.pictures.append(dict(attrs)["src"])
 
@@ -201,10 +209,33 @@ def test_pages_hold_every_row_and_their_pictures_exist(finished):
     page = _Page()
     page.feed((out / "report.html").read_text())
     inferred = {key for row in rows for key in row.published.depends_on}
-    assert page.rows == len(rows) + len(inferred) + 3  # and three heads
+    tables = 5  # kinds of rows, contents, two sections, what is inferred; each with a head
+    kinds = {row.published.own for row in rows}
+    assert page.rows == len(rows) + len(inferred) + len(kinds) + 2 + tables
+    assert page.links <= {f"#{name}" for name in page.names}
+    assert "#command-force_plate" in page.links
     assert page.pictures
     for picture in page.pictures:
         assert (out / picture).stat().st_size > 10_000
+
+
+def test_rows_that_could_have_failed_are_counted_apart(finished):
+    out, rows, _ = finished
+    able = [row for row in rows if not row.published.own]
+    assert len(able) == 4  # the drop test, and three of the pressed bed
+    failed = sum(row.verdict == "differs" for row in able)
+    text = (out / "report.md").read_text()
+    assert f"**{len(able) - failed} agree and {failed} differ**" in text
+    line = next(line for line in text.splitlines() if line.startswith("| a number that had"))
+    assert line.endswith("| 2 | 2 | 0 | 0 |")
+    section = next(line for line in text.splitlines() if line.startswith("| [Ball on a force"))
+    assert section.endswith("| 0 | 1 | 5 | 0 |")
+
+
+def test_the_commands_of_the_rows_are_there():
+    for section, command in STUDIES.items():
+        assert section in SECTIONS
+        assert (ROOT / command.split()[1]).is_file()
 
 
 def test_data_opens_with_units(finished):
@@ -326,19 +357,10 @@ def test_bad_options_are_one_line(arguments, said, tmp_path, monkeypatch, capfd)
     assert not (tmp_path / "out").exists()
 
 
-def test_rows_that_could_hardly_fail_are_counted_apart():
-    entries = [
-        dataclasses.replace(ENTRY, key=key, tolerance=0.1, own=own, not_comparable=why)
-        for key, own, why in (("a", "", ""), ("b", "", ""), ("c", "fit", ""), ("d", "", "no"))
-    ]
-    rows = [compare(entry, model) for entry, model in zip(entries, (100, 150, 100, 1), strict=True)]
-    text = _apart(rows)
-    assert text.startswith("1 of them compare the model with its own input, fit or closed form")
-    assert text.endswith("Of the 2 that could, **1 agree.**")
+def test_rows_of_frame_and_hand_say_which_could_hardly_fail():
     own = {entry.key: entry.own for entry in load_published() if entry.own}
     assert own["plate.kb_growth"] == "input"
     assert own["plate.closed_form"] == "closed form"
-    assert sum(kind == "fit" for kind in own.values()) == 12
     assert not any(key.startswith(("hand.transfer", "shop", "places")) for key in own)
 
 

@@ -23,6 +23,7 @@ from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
 
 Array = NDArray[np.float64]
+"""The type of the arrays here: NumPy's, of floats."""
 
 STEP = 2e-5
 """s; see docs/identification.md for the error that it leaves."""

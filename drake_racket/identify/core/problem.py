@@ -20,6 +20,12 @@ LOG_RATIO = 10.0  # positive bounds further apart than this are searched on a lo
 class Parameter:
     """A Parameter is one number to estimate, with its bounds and its start.
 
+    Attributes:
+        name: of the number, as results call it.
+        unit: of the three numbers.
+        lower, upper: bounds of the search.
+        start: where it begins.
+
     Raises:
         InputError: unless the bounds are finite and lower < start < upper.
 

@@ -15,7 +15,9 @@ from drake_racket.identify.report.parameter_file import Provenance, interval_tex
 from drake_racket.io.files import write_figure, write_netcdf, write_table, write_text
 
 _WRITERS: dict[str, Any] = {
-    ".yaml": write_parameters,
+    ".yaml": lambda content, path: (
+        write_text(content, path) if isinstance(content, str) else write_parameters(content, path)
+    ),
     ".json": write_text,
     ".nc": write_netcdf,
     ".csv": write_table,
@@ -38,7 +40,8 @@ def write_fit(
     Args:
         title: of the report.
         provenance: of the fitted values.
-        files: content by name: parameters (yaml), text (json), Datasets (nc, csv), Figures (png).
+        files: content by name: parameters or text (yaml), text (json), Datasets (nc, csv),
+            Figures (png).
         sections: of the report, without its figures.
         intervals: what else the report's first paragraph says.
 

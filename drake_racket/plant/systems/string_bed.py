@@ -224,6 +224,7 @@ def StringBed_(T: Any) -> Any:
 
 
 StringBed = on_float(StringBed_)
+"""`StringBed_` on plain numbers: the system of the forces of the strings."""
 
 
 def _as_slice(indices: NDArray[np.int64]) -> Any:

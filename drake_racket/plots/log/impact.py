@@ -19,9 +19,9 @@ AXIS_STYLES = (("x", GREEN, ":"), ("y", VERMILION, "--"), ("z", BLUE, "-"))
 
 def impact_figure(history: xarray.Dataset) -> Figure:
     """Draws one impact in four panels: force, ball and strings, throat joint, acceleration."""
-    from matplotlib.figure import Figure
+    from drake_racket.plots.notebook_figure import NotebookFigure
 
-    figure = Figure(figsize=(9.0, 7.0))
+    figure = NotebookFigure(figsize=(9.0, 7.0))
     # margins by hand: to find them matplotlib would draw everything twice
     margins = {"left": 0.08, "right": 0.985, "bottom": 0.075, "top": 0.9}
     grid = margins | {"wspace": 0.26, "hspace": 0.36}

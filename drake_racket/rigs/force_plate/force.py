@@ -31,8 +31,10 @@ from drake_racket.io.signals import Signal, pulse_extent
 PLATE_SAMPLE_RATE = 65e3
 """Hz (Glynn et al. 2011, Methods)."""
 
-BEFORE, AFTER = 1e-3, 5e-3
-"""s around touch that a sampled history covers: the time axis of Fig. 4 in Glynn et al. 2011."""
+BEFORE = 1e-3
+"""s before touch that a sampled history covers: the time axis of Fig. 4 in Glynn et al. 2011."""
+AFTER = 5e-3
+"""s after touch that a sampled history covers: the time axis of Fig. 4 in Glynn et al. 2011."""
 
 
 @dataclass(frozen=True)

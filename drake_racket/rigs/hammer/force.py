@@ -26,9 +26,11 @@ MOST_FORCE = 5e3  # N
 MOST_SAMPLES = 50_000
 SHARE = 0.01  # of its peak: where a sampled pulse begins and ends
 
-INFERRED_PEAK, INFERRED_LENGTH = 100.0, 1e-3  # N, s
-"""The source does not print its pulses. Inferred: what a hand-held hammer with a plastic tip gives
-on a light frame, short beside the 5 to 8 ms of the modes."""
+INFERRED_PEAK = 100.0
+"""N, of the hammer's pulse. The source does not print its pulses. Inferred: what a hand-held hammer
+with a plastic tip gives on a light frame."""
+INFERRED_LENGTH = 1e-3
+"""s, of the hammer's pulse; inferred like its peak, short beside the 5 to 8 ms of the modes."""
 
 
 @dataclass(frozen=True)

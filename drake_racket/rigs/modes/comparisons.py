@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     import xarray
 
 GRIP_FACTORS = tuple(np.logspace(-4.0, 5.0, 55).tolist())
+"""Factors on the stiffness of the normal grip, from nearly free to nearly clamped."""
 ORDERS = 3  # modes in each plane of the bare frame on a grip
 
 

@@ -32,7 +32,8 @@ from drake_racket.rigs.modes.modal_analysis import ModalSystem, Modes, modal_sys
 PLANES = ("in_plane", "out_of_plane")
 """Displacement along y, and along z."""
 
-SAMPLES = 21  # points along the axis that the regression takes (inferred)
+SAMPLES = 21
+"""Points along the axis that the regression of a mode's shape takes (inferred)."""
 
 _STILL = 1e-6  # displacements below this share of a mode's largest are round-off, not motion
 

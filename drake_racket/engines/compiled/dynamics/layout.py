@@ -155,7 +155,7 @@ GLOBALS = 4
 """Places of the tables in what `open_model` returns."""
 
 
-_TABLES = (
+TABLES = (
     (0, NODES, NODE_INTS),
     (0, LEAVES, LEAF_INTS),
     (0, BUSHINGS, BUSHING_INTS),
@@ -189,7 +189,7 @@ def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
     Floats may have further axes, as lanes of their derivatives do: so have their tables then.
     """
     tables, place = [], [HEADER, GLOBALS]
-    for kind, counted, columns in _TABLES:
+    for kind, counted, columns in TABLES:
         count = int(ints[counted])
         shape = (count, columns) if columns > 0 else (-columns, count) if columns else (count,)
         end = place[kind] + int(np.prod(shape))

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from drake_racket.cli.case_options import in_unit
-from drake_racket.cli.identify_options import Ball, Name, Out, Racket, Seed, Starts, Tension
-from drake_racket.cli.identify_run import running, show, today
+from drake_racket.cli.identify.options import Ball, Name, Out, Racket, Seed, Starts, Tension
+from drake_racket.cli.identify.run import running, show, today
 from drake_racket.io.errors import InputError
 
 

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from drake_racket.cli.identify_options import Name, Out, Racket, Tension
-from drake_racket.cli.identify_run import pairs, show
+from drake_racket.cli.identify.options import Name, Out, Racket, Tension
+from drake_racket.cli.identify.run import pairs, show
 from drake_racket.io.errors import InputError
 
 

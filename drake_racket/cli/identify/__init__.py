@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drake_racket.cli import identify_bench, identify_distribution
 from drake_racket.cli.case_options import in_unit
-from drake_racket.cli.identify_options import (
+from drake_racket.cli.identify import bench, distribution, impacts
+from drake_racket.cli.identify.options import (
     Ball,
     Begin,
     Evaluations,
@@ -31,7 +31,7 @@ from drake_racket.cli.identify_options import (
     Tension,
     Workers,
 )
-from drake_racket.cli.identify_run import names, numbers, pairs, prepare, running, show, today
+from drake_racket.cli.identify.run import names, numbers, pairs, prepare, running, show, today
 from drake_racket.io.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ app = typer.Typer(
     help="Fits parameters of racket and ball to measurements (CSV) and writes a parameter file.",
     no_args_is_help=True,
 )
-for command in (identify_bench.ball, identify_bench.frame, identify_distribution.distribution):
+for command in (bench.ball, bench.frame, distribution.distribution, impacts.impacts):
     app.command()(command)
 
 

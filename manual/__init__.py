@@ -1,0 +1,1 @@
+"""Builds those pages of the manual that follow from the package. See mkdocs.yml."""

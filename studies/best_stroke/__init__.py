@@ -1,0 +1,1 @@
+"""The best stroke: how the shipped arm swings for the fastest ball, also off centre."""
