@@ -9,8 +9,11 @@ from drake_racket.engines.compiled.tangents.forward import NUMBER, Kind, Tangent
 
 _TABLES: Kind = (
     "tuple",
-    (*(array(1 if columns == 0 else 2) if kind else None for kind, _, columns in TABLES),)
-    + (None, array(1)),
+    (
+        *(array(1 if columns == 0 else 2) if kind else None for kind, _, columns in TABLES),
+        None,
+        array(1),
+    ),
 )
 """Kinds of the tables of `layout.open_model`: integers, floats, header, globals."""
 
