@@ -89,6 +89,7 @@ def test_what_decides_what(everything):
     assert everything.families["A"] > 50.0  # neither family alone meets all
 
 
+@pytest.mark.slow
 def test_a_shops_numbers_leave_the_distribution_open(hidden):
     shop = fit_distribution(load_racket(), {name: hidden[1][name] for name in SHOP})
     assert {"density", "taper_in_plane", "taper_out_of_plane"} <= set(shop.open())
@@ -102,6 +103,7 @@ def test_a_shops_numbers_leave_the_distribution_open(hidden):
     assert more.families["A"] > 10.0
 
 
+@pytest.mark.slow
 def test_a_wide_measurement_says_less(hidden):
     values = {name: hidden[1][name] for name in SHOP}
     wide = fit_distribution(load_racket(), values | {"second_frequency": (420.0, 100.0)})

@@ -76,6 +76,7 @@ def test_energy_of_racket_ball_and_hand(engine, gravity):
     assert result.balance.grip > 0.1
 
 
+@pytest.mark.slow
 def test_both_engines_and_the_shared_context_agree():
     scenario = dataclasses.replace(BASE, integrator=IntegratorSettings(accuracy=1e-6))
     other = dataclasses.replace(
