@@ -158,8 +158,8 @@ def main() -> None:
     search = functools.partial(
         optimise_impacts,
         impacts,
-        iterations=4 if options.quick else 25,
-        tolerance=1e-5,
+        iterations=4 if options.quick else 40,
+        tolerance=1e-6,
         progress=report,
     )
     fastest = search(maximise="restitution", at_most=limits)

@@ -7,14 +7,8 @@ from drake_racket.engines.compiled.dynamics import events, rates
 from drake_racket.engines.compiled.dynamics.layout import TABLES
 from drake_racket.engines.compiled.tangents.forward import NUMBER, Kind, Tangents, array
 
-_TABLES: Kind = (
-    "tuple",
-    (
-        *(array(1 if columns == 0 else 2) if kind else None for kind, _, columns in TABLES),
-        None,
-        array(1),
-    ),
-)
+_KINDS = [array(1 if columns == 0 else 2) if kind else None for kind, _, columns in TABLES]
+_TABLES: Kind = ("tuple", (*_KINDS, None, array(1)))
 """Kinds of the tables of `layout.open_model`: integers, floats, header, globals."""
 
 _WORK: Kind = ("tuple", tuple(array(n) for n in (1, 2, 2, 1, 2, 2, 2, 1, 2, 2, 1)))
