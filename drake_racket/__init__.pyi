@@ -56,7 +56,9 @@ from .optimise import Optimum as Optimum
 from .optimise import optimise_impacts as optimise_impacts
 from .parameters.added_mass import add_mass as add_mass
 from .parameters.ball import BallParameters as BallParameters
+from .parameters.ball import BallSurface as BallSurface
 from .parameters.ball import load_ball as load_ball
+from .parameters.finer_bed import finer_bed as finer_bed
 from .parameters.frame import JOINT_READINGS as JOINT_READINGS
 from .parameters.frame import FrameDistribution as FrameDistribution
 from .parameters.frame import FrameJoint as FrameJoint
@@ -126,6 +128,8 @@ from .plant.systems.string_bed import StringBed as StringBed
 from .plant.systems.string_bed import StringBed_ as StringBed_
 from .plant.systems.string_bed import StringBedModel as StringBedModel
 from .plant.systems.string_bed import spring_constants as spring_constants
+from .plant.systems.surface_contact import SurfaceContact as SurfaceContact
+from .plant.systems.surface_contact import SurfaceContact_ as SurfaceContact_
 from .plots.log.impact import impact_figure as impact_figure
 from .pool import check_workers as check_workers
 from .pool import leave_if_imported_again as leave_if_imported_again

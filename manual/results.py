@@ -63,7 +63,12 @@ def _balance() -> dict[str, str]:
 
 def outputs_page() -> str:
     """Makes the page of what a sweep can keep."""
-    needs = {"audit": "`audit: true`", "hand": "support `grip` or `limb`", "limb": "support `limb`"}
+    needs = {
+        "audit": "`audit: true`",
+        "hand": "support `grip` or `limb`",
+        "limb": "support `limb`",
+        "surface": "`contact: surface`",
+    }
     rows = []
     for output in OUTPUTS.values():
         wants = [needs[output.needs]] if output.needs else []

@@ -19,6 +19,7 @@ DATA = {
     "speeds.yaml",
     "backhand.yaml",
     "ball_penn_titanium.yaml",
+    "ball_penn_titanium_slow.yaml",
     "grip_hand_light.yaml",
     "grip_hand_medium.yaml",
     "grip_hand_tight.yaml",

@@ -20,6 +20,7 @@ from drake_racket.animation.outline import racket_outline, spring_ends, string_p
 from drake_racket.animation.scene import Scene
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Progress, Report
+from drake_racket.plant.shapes import seam
 from drake_racket.plots.style import as_written, new_figure
 
 _WIDTH, _HEIGHT, _DPI = 9.6, 6.0, 100  # inches, 1/inch: even numbers of pixels, as MP4 wants
@@ -140,10 +141,12 @@ class _Picture:
         self._strings.set_segments(list(project(_placed(scene.head, np.array(ends), k))))
         self._points.set_data(*project(_placed(scene.head, points, k)).T)
         self._ball.set_xy(self._hull(_placed(scene.ball, _sphere() * scene.ball_axes[k], k)))
+        self._seam.set_data(*self._seam_seen(k).T)
         # seen from the other side of the strings, the ball is behind them
         normal = scene.head.rotation[k].as_matrix()[:, 2]
         before = normal @ (self.camera.place - scene.head.place[k]) > 0.0
         self._ball.set_zorder(6 if before else 3)
+        self._seam.set_zorder(6.5 if before else 3.5)
         for artist, (_, places, radius) in zip(self._joints, self._spheres, strict=True):
             artist.set_xy(self._hull(places[k] + radius * _sphere()))
         for artist, (body, length, radius) in zip(self._parts, self._segments, strict=True):
@@ -153,6 +156,18 @@ class _Picture:
             f"{1e3 * scene.time[k]:.2f} ms from touch{touching};  force {scene.force[k]:.0f} N;"
             f"  frame bent out of plane {np.degrees(scene.bending[k]):.2f}°"
         )
+
+    def _seam_seen(self, k: int) -> NDArray[np.float64]:
+        """The seam of a ball that spins, where it is on the camera's side; NaN elsewhere."""
+        scene = self.scene
+        if scene.ball_turn is None:
+            return np.full((1, 2), np.nan)
+        points = _placed(scene.ball, scene.ball_turn[k].apply(seam(1.0)) * scene.ball_axes[k], k)
+        away = scene.ball.place[k]
+        hidden = (points - away) @ (self.camera.place - away) < 0.0
+        seen = np.array(self.camera.project(points))
+        seen[hidden] = np.nan
+        return seen
 
     def _hull(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         from scipy.spatial import ConvexHull
@@ -198,6 +213,7 @@ class _Picture:
         dots: dict[str, Any] = {"color": page.POINTS, "ms": 4.0, "zorder": 5.0}
         self._points = moving(axes.plot([], [], "o", **dots)[0])
         self._ball = shape(page.BALL, 6.0)
+        self._seam = moving(axes.plot([], [], color="white", lw=1.2, zorder=6.5)[0])
         left = 0.04 - wide
         self._now = moving(axes.text(left, 0.72, "", fontsize=9, weight="bold", zorder=9.0))
         self._write_words(left)

@@ -135,6 +135,9 @@ def _add_ball(meshcat: Meshcat, animation: MeshcatAnimation, scene: Scene) -> No
     meshcat.SetLine("/ball/shape/seam", seam(1.01).T, 2.0, Rgba(*SEAM_COLOUR))
     _move(animation, "/ball", scene.ball)
     _set(animation, "/ball/shape", "scale", scene.ball_axes)
+    if scene.ball_turn is not None:
+        still = Pose(np.zeros_like(scene.ball.place), scene.ball_turn)
+        _move(animation, "/ball/shape/seam", still)
 
 
 def _add_limb(meshcat: Meshcat, animation: MeshcatAnimation, scene: Scene) -> None:

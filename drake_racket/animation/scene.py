@@ -11,7 +11,7 @@ What is exaggerated, and how the ball still touches the strings:
 
 The model's ball is a point that meets the strings. It is drawn as a sphere that lies on that point;
 where the point is below the strings by the compression x, the sphere is flattened by x, at constant
-volume. It has no spin.
+volume. It has no spin. A ball of contact surface is where its centre is, and turns.
 """
 
 from __future__ import annotations
@@ -85,6 +85,7 @@ class Scene:
         handle: with its origin at the butt.  head: at the throat joint.
         strings: (n, points) drawn deflections of the masses along the head's z.
         ball: with its z along the normal of the strings.  ball_axes: (n, 3) semi-axes.
+        ball_turn: n rotations from there to its seam; None of a ball that does not spin.
         landmarks: name -> (n, 3).
         force: (n,) normal force (N).  bending: (n,) true angle out of plane (rad).
         in_contact: (n,) bool.
@@ -101,6 +102,7 @@ class Scene:
     strings: NDArray[np.float64]
     ball: Pose
     ball_axes: NDArray[np.float64]
+    ball_turn: Rotation | None
     landmarks: dict[str, NDArray[np.float64]]
     force: NDArray[np.float64]
     bending: NDArray[np.float64]
@@ -169,6 +171,7 @@ def make_scene(
         handle, head = true_handle, _head(true_handle, drawn, geometry)
     deflection = log.values("string_deflection")
     ball, axes = _ball(log, deflection, true_head, head, geometry, settings)
+    turn = ball.rotation.inv() * log.rotation("ball_quaternion") if log.spins else None
     places = [log.values(f"landmark_{a}") for a in "xyz" if f"landmark_{a}" in history]
     names = history["landmark"].to_numpy().tolist() if places else []
     landmarks = {str(n): np.stack([p[:, i] for p in places], 1) for i, n in enumerate(names)}
@@ -182,6 +185,7 @@ def make_scene(
         strings=settings.magnify_strings * deflection,
         ball=ball,
         ball_axes=axes,
+        ball_turn=turn,
         landmarks=landmarks,
         force=log.values("normal_force"),
         bending=angles[:, 1],
@@ -199,6 +203,7 @@ class _Log:
         # of samples at one time the last is the state after the event
         self.history = history = history.isel(time=np.append(np.diff(time) > 0.0, True))
         self._own = history["time"].to_numpy()
+        self.spins = "ball_quaternion" in history
         # a frame may lie beyond the last sample by rounding
         self.time = np.minimum(self._own[0] + step * np.arange(frames), self._own[-1])
 
@@ -213,9 +218,9 @@ class _Log:
         at = np.searchsorted(self._own, self.time, side="right") - 1
         return np.asarray(self.history[name].to_numpy()[at])
 
-    def rotation(self) -> Rotation:
-        """Of the handle."""
-        w, x, y, z = self.history["handle_quaternion"].to_numpy().T
+    def rotation(self, name: str = "handle_quaternion") -> Rotation:
+        """Of the handle, or of the ball."""
+        w, x, y, z = self.history[name].to_numpy().T
         return Slerp(self._own, Rotation.from_quat(np.column_stack([x, y, z, w])))(self.time)
 
 
@@ -243,12 +248,19 @@ def _ball(
     settings: AnimationSettings,
 ) -> tuple[Pose, NDArray[np.float64]]:
     """Pose and semi-axes of the drawn ball; see the module's docstring."""
-    place = true_head.rotation.inv().apply(log.values("ball_position") - true_head.place)
+    inside = log.nearest("in_contact") > 0.5
+    # before touch and after release the ball keeps the strings' direction of that time
+    frame = np.arange(len(inside))
+    if inside.any():
+        frame = np.clip(frame, *np.flatnonzero(inside)[[0, -1]])
+    radius, position = geometry.ball_radius, log.values("ball_position")
+    if log.spins:  # its centre is logged: from there to its lowest point
+        position = position - true_head.rotation[frame].apply([0.0, 0.0, radius])
+    place = true_head.rotation.inv().apply(position - true_head.place)
     point = log.nearest("contact_point").astype(int)
     string = deflection[np.arange(len(point)), point - 1]
-    radius = geometry.ball_radius
-    inside = log.nearest("in_contact") > 0.5
-    x = np.clip(string - place[:, 2], 0.0, 2.0 * _FLATTEST * radius) if inside.any() else 0.0
+    pressed = log.values("compression") if log.spins else string - place[:, 2]
+    x = np.clip(pressed, 0.0, 2.0 * _FLATTEST * radius) if inside.any() else 0.0
     height = place[:, 2] + x  # of the ball's lowest point over the string plane
     highest = max(0.0, float(height[inside].max())) if inside.any() else 0.0
     shift = (settings.magnify_strings - 1.0) * np.minimum(height, highest)
@@ -256,10 +268,6 @@ def _ball(
     free, carried = (pose.place + pose.rotation.apply(lowest) for pose in (true_head, head))
     away = np.clip((height - highest) / _CARRIED, 0.0, 1.0)
     weight = 1.0 - away * away * (3.0 - 2.0 * away)
-    # before touch and after release the ball keeps the strings' direction of that time
-    frame = np.arange(len(inside))
-    if inside.any():
-        frame = np.clip(frame, *np.flatnonzero(inside)[[0, -1]])
     rotation = head.rotation[frame]
     centre = free + weight[:, None] * (carried - free)
     half = np.broadcast_to(radius - 0.5 * x, height.shape)

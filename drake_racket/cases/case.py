@@ -23,7 +23,7 @@ from drake_racket.io.schema import read
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, load_text
 from drake_racket.limbs.models import need_reader
-from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.ball import BallParameters, surface_of
 from drake_racket.parameters.grip import HANDS, GripStiffness
 from drake_racket.parameters.limb import UpperLimbParameters, load_upper_limb
 from drake_racket.parameters.overrides import check_known, parameter_keys, plain_overrides
@@ -82,6 +82,7 @@ class Case:
         )
         held = scenario.support in ("grip", "limb")
         return (
+            scenario.contact,
             scenario.support,
             scenario.grip_kind if held else "",
             scenario.limb.topology() if scenario.support == "limb" else (),
@@ -114,6 +115,7 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
     check_integrator(scenario.integrator, f"{where}: integrator")
     if scenario.engine == "compiled":
         _check_compiled(scenario, where)
+    _check_contact(scenario, where)
     check_tip(scenario.limb.stroke, f"{where}: limb.stroke")
     if any(isinstance(value, str) for value in scenario.overrides.values()):
         scenario = _with_plain_overrides(scenario)
@@ -121,7 +123,10 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
     if scenario.overrides:
         stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
         check_known(stray, parameter_keys(racket, ball, grip))
+        _check_ball_overrides(scenario, where)
         _check_grip_overrides(scenario, where)
+    if scenario.contact == "surface":
+        surface_of(ball)
     _check_hand(scenario, grip, where)
     points = [*map(str, racket.bed_topology().points), "auto"]
     if scenario.point not in points:
@@ -198,6 +203,40 @@ def with_engine(case: Case, engine: str) -> Case:
     if engine == "compiled":
         _check_compiled(scenario, "scenario")
     return dataclasses.replace(case, scenario=scenario)
+
+
+def _check_contact(scenario: Scenario, where: str) -> None:
+    """Refuses what the contact law has no use for."""
+    if scenario.contact == "paper":
+        for key in ("spin_rpm", "spin"):
+            if np.any(getattr(scenario, key)):
+                raise InputError(
+                    f"{where}: {key}",
+                    getattr(scenario, key),
+                    "0 with contact paper, whose ball is a point (contact: surface has spin)",
+                )
+        return
+    if scenario.time_step > 0.0:
+        raise InputError(
+            f"{where}: time_step", scenario.time_step, "0 with contact surface: a continuous plant"
+        )
+    for key, only in (("friction_reading", "velocity"), ("reaction_point", "ball")):
+        if getattr(scenario, key) != only:
+            raise InputError(
+                f"{where}: {key}", getattr(scenario, key), f"{only} with contact surface"
+            )
+
+
+def _check_ball_overrides(scenario: Scenario, where: str) -> None:
+    """Refuses numbers of a ball that this law of contact does not look at."""
+    other = "ball.surface." if scenario.contact == "paper" else "ball.sliding_"
+    for key, value in scenario.overrides.items():
+        if key.startswith(other):
+            raise InputError(
+                f"{where}: overrides.{key}",
+                value,
+                f"no such number with contact {scenario.contact}",
+            )
 
 
 def _check_compiled(scenario: Scenario, where: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
@@ -15,6 +16,7 @@ from drake_racket.cases.case import Case, resolve
 from drake_racket.io.errors import InputError
 from drake_racket.io.schema import shown
 from drake_racket.laws.phases import ContactModel
+from drake_racket.laws.surface import SurfaceModel
 from drake_racket.limbs.limb import Limb
 from drake_racket.limbs.models import LimbBuilder
 from drake_racket.limbs.striking import (
@@ -30,9 +32,9 @@ from drake_racket.plant.compose import (
     Impact,
     add_impact,
     connect_forces,
-    contact_model,
     set_impact_parameters,
 )
+from drake_racket.plant.contacts import contact_model, surface_model
 from drake_racket.plant.grip import Grip, add_grip
 from drake_racket.plant.racket import add_racket, set_racket_inertia
 from drake_racket.plant.supports import add_hand_held_racket, add_supported_racket
@@ -125,7 +127,8 @@ class ImpactDiagram:
             )
 
     def _write(self, root: Context, case: Case) -> None:
-        set_impact_parameters(self.impact, root, case.racket, _contact_model(case))
+        contact = _contact_model(case)
+        set_impact_parameters(self.impact, root, case.racket, contact)
         set_racket_inertia(self.impact.racket, root, case.racket)
         assert self.impact.ball is not None
         set_ball_inertia(self.impact.ball, root, case.ball)
@@ -137,10 +140,14 @@ class ImpactDiagram:
                 set_grip_load_parameters(self.wrist_load, wrist, root)
         if self.meter is not None:
             set_meter_parameters(self.meter, self.impact, root)
-        self._set_initial_state(root, case.scenario, case.racket)
+        self._set_initial_state(root, case.scenario, case.racket, contact)
 
     def _set_initial_state(
-        self, root: Context, scenario: Scenario, racket: RacketParameters
+        self,
+        root: Context,
+        scenario: Scenario,
+        racket: RacketParameters,
+        contact: ContactModel | SurfaceModel,
     ) -> None:
         plant, ball = self.plant, self.impact.ball
         assert ball is not None
@@ -159,12 +166,17 @@ class ImpactDiagram:
         velocity = X_WR.rotation() @ scenario.ball_velocity()
         # the racket moves on while the ball comes
         start = X_WR.translation() + aim - scenario.approach_time * (velocity - aim_velocity)
+        spin = X_WR.rotation() @ scenario.ball_spin()
+        if isinstance(contact, SurfaceModel):  # its surface is aimed
+            start = start + X_WR.rotation() @ np.array([0.0, 0.0, contact.surface[0]])
         plant.SetFreeBodyPose(context, ball.body, RigidTransform(start))
-        plant.SetFreeBodySpatialVelocity(context, ball.body, SpatialVelocity([0, 0, 0], velocity))
+        plant.SetFreeBodySpatialVelocity(context, ball.body, SpatialVelocity(spin, velocity))
 
 
-def _contact_model(case: Case) -> ContactModel:
+def _contact_model(case: Case) -> ContactModel | SurfaceModel:
     scenario = case.scenario
+    if scenario.contact == "surface":
+        return surface_model(case.racket, case.ball)
     return contact_model(
         case.racket,
         case.ball,
@@ -223,7 +235,7 @@ def make_impact_diagram(
         )
     else:
         racket = add_supported_racket(plant, case.racket, scenario.support)
-    ball = add_ball(plant, case.ball)
+    ball = add_ball(plant, case.ball, contact=scenario.contact)
     plant.mutable_gravity_field().set_gravity_vector(scenario.gravity)
     plant.Finalize()
     impact = add_impact(
@@ -234,6 +246,7 @@ def make_impact_diagram(
         point=scenario.point_number(),
         friction_reading=scenario.friction_reading,
         reaction_point=scenario.reaction_point,
+        contact=scenario.contact,
         connect=False,
     )
     striking = None

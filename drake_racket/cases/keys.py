@@ -31,6 +31,8 @@ _UNITS = {
     "offset_x": "m",
     "offset_y": "m",
     "speed": "m/s",
+    "spin_rpm": "rpm",
+    "spin": "rad/s",
     "approach_time": "s",
     "after": "s",
     "time_step": "s",

@@ -22,7 +22,9 @@ Settings = Annotated[
         help="A key of the scenario or a parameter: speed=56mph, racket.head.mass=170g.",
     ),
 ]
-BallFile = Annotated[str | None, typer.Option(help="penn_titanium, or a ball's file (YAML).")]
+BallFile = Annotated[
+    str | None, typer.Option(help="penn_titanium, penn_titanium_slow (7-18 m/s), or a file (YAML).")
+]
 
 
 def in_unit(unit: str) -> Callable[[Any], float]:

@@ -51,6 +51,17 @@ def impact(
             parser=in_unit("degrees"),
         ),
     ] = None,
+    contact: Annotated[
+        str | None,
+        typer.Option(help="paper (a point without spin), or surface (radius, spin, anywhere)."),
+    ] = None,
+    spin: Annotated[
+        float | None,
+        typer.Option(
+            help="Spin before, with contact surface: -3820 (rpm), positive as friction turns it.",
+            parser=in_unit("rpm"),
+        ),
+    ] = None,
     support: Annotated[
         str | None, typer.Option(help="free, clamped_head, clamped_handle, grip or limb.")
     ] = None,
@@ -88,6 +99,8 @@ def impact(
         "speed": speed,
         "incidence_deg": incidence,
         "azimuth_deg": azimuth,
+        "contact": contact,
+        "spin_rpm": spin,
         "support": support,
         "after": after,
         "engine": engine,
@@ -186,7 +199,12 @@ def _print_summary(result: ImpactResult, written: list[Path]) -> None:
     parts: list[Any] = [racket, scenario.load_ball()]
     if scenario.support in ("grip", "limb") and scenario.grip_kind != "weld":
         parts.append(scenario.load_grip())
-    inferred = sum(q.status == "inferred" for part in parts for _, q in sourced_fields(part))
+    other = "surface." if scenario.contact == "paper" else "sliding_"  # of the other contact
+    inferred = sum(
+        q.status == "inferred" and not key.startswith(other)
+        for part in parts
+        for key, q in sourced_fields(part)
+    )
     console.print(
         f"[dim]{inferred} of the model's values are inferred, not published:"
         f" drake-racket show {escape(scenario.racket)} --tension {escape(scenario.tension)}"

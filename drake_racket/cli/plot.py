@@ -30,7 +30,7 @@ def plot(
     out: Annotated[Path, typer.Option(help="Directory for the figures.")],
     picture: Annotated[str, typer.Option("--format", help="png, pdf or svg.")] = "png",
 ) -> None:
-    """Draws a log: contact force, string-bed, energy, vibration, loads on hand and joints.
+    """Draws a log: contact force, string-bed, energy, vibration, loads on hand and joints, spin.
 
     Several logs are drawn over each other, on common scales. Needs the logs alone, not the
     parameter files of their runs.

@@ -7,6 +7,10 @@ from .clamped.batch import contact_constants as contact_constants
 from .clamped.batch import make_bed as make_bed
 from .clamped.batch import make_impacts as make_impacts
 from .clamped.batch import run as run
+from .clamped.spinning import SpinningImpacts as SpinningImpacts
+from .clamped.spinning import SpinningRebounds as SpinningRebounds
+from .clamped.spinning import run_spinning as run_spinning
+from .clamped.spinning import spinning_impacts as spinning_impacts
 from .drake.engine import run_drake as run_drake
 from .trajectory import Mechanism as Mechanism
 from .trajectory import Motion as Motion

@@ -163,7 +163,8 @@ class Mechanism:
     Attributes:
         bodies: all of them; the numbers below count in their order.
         racket: numbers of the racket's bodies.  handle, ball: of these two.
-        ball_velocity: where the ball's velocity in the world begins in the state [q; v].
+        ball_position, ball_velocity: where the place of the ball's centre and its velocity in the
+            world begin in the state [q; v]; its angular velocity stands before the latter.
         frame: its joints.  strings: its string-bed.
         places: name -> frame: butt, gsc, tip, accelerometer; racket_grip and hand where a hand
             holds the racket; and the limb's landmarks.
@@ -178,6 +179,7 @@ class Mechanism:
     racket: tuple[int, ...]
     handle: int
     ball: int
+    ball_position: int
     ball_velocity: int
     frame: FrameJointNumbers
     strings: StringNumbers
@@ -224,8 +226,8 @@ class Trajectory:
         mechanism: whose motion it is.
         time: (n,) s, from the start of the run; touch and release are among the times.
         state: (n, nq + nv) positions q and velocities v.
-        record: (n, 15), from a discrete plant (n, 29): what the contact has latched, after any
-            event at that time; see `laws.phases`.
+        record: (n, 15), from a discrete plant (n, 29), of contact surface (n, 30): what the contact
+            has latched, after any event at that time; see `laws.phases` and `laws.surface`.
         contact: (n, 9) phase; point in contact, or to be hit; compression (m) and its rate (m/s);
             normal force and friction (N); sliding velocity (m/s); see `BallContact`. Apart from the
             phase and the forces these are NaN before and after contact if the motion was not asked
@@ -234,6 +236,7 @@ class Trajectory:
         motion: at every sample, or at the first and the last.
         steps, evaluations: of the integrator.
         engine: its name.
+        element: (n, 2) the element between ball and strings of contact surface (m); else (n, 0).
 
     """
 
@@ -247,6 +250,7 @@ class Trajectory:
     steps: int
     evaluations: int
     engine: str = field(default="drake")
+    element: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __len__(self) -> int:
         """How many samples it has."""

@@ -1,6 +1,12 @@
 from .ball.fit import fit_ball as fit_ball
 from .ball.impacts import BallImpact as BallImpact
 from .ball.impacts import read_ball_impacts as read_ball_impacts
+from .ball.spins import SpinTable as SpinTable
+from .ball.spins import read_spins as read_spins
+from .ball.surface import SurfaceFit as SurfaceFit
+from .ball.surface import expected_errors as expected_errors
+from .ball.surface import fit_surface as fit_surface
+from .ball.surface import surface_problem as surface_problem
 from .core.estimate import Estimate as Estimate
 from .core.intervals import profile as profile
 from .core.least_squares import fit as fit

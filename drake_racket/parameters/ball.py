@@ -1,7 +1,7 @@
 """Reads and checks the ball file; its numbers carry unit, status and source (`quantities`)."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated
 
@@ -10,12 +10,25 @@ from drake_racket.io.schema import Schema, Text, read, shown
 from drake_racket.io.yaml_files import load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantity, check_name
 
-BALLS = ("penn_titanium",)
+BALLS = ("penn_titanium", "penn_titanium_slow")
+
+
+@dataclass(frozen=True)
+class BallSurface(Schema):
+    """The surface says what a ball that spins has beside mass and radius (`laws.surface`)."""
+
+    inertia_factor: Annotated[Quantity, Of("1")]  # a of the moment of inertia a m R^2
+    flattening: Annotated[Quantity, Of("1", sign="non-negative")]  # chi of r = R - chi x
+    tangential_stiffness: Annotated[Quantity, Of("N/m")]  # kt
+    tangential_damping: Annotated[Quantity, Of("N*s/m")]  # ct
 
 
 @dataclass(frozen=True, repr=False)
 class BallParameters(Schema):
-    """The ball is a point mass; kb and cb are linear in its approach speed (`laws.contact`)."""
+    """The ball's kb and cb are linear in its approach speed (`laws.contact`).
+
+    With contact `paper` it is a point mass; with `surface` it has `radius` and `surface`.
+    """
 
     name: Text
     title: Text
@@ -30,6 +43,7 @@ class BallParameters(Schema):
     sliding_speed_scale: Annotated[Quantity, Of("m/s")]
     sliding_distance_scale: Annotated[Quantity, Of("m")]
     notes: tuple[Text, ...]
+    surface: BallSurface | None = None
 
     def __repr__(self) -> str:
         """Shows name and title."""
@@ -59,6 +73,17 @@ def check_ball(ball: BallParameters, where: str = "ball") -> None:
     _check_whole(read(ball, BallParameters, where), where)
 
 
+def surface_of(ball: BallParameters) -> BallSurface:
+    """Gives what contact `surface` needs of a ball; raises InputError if its file has none."""
+    if ball.surface is None:
+        raise InputError(
+            f"ball {ball.name}: surface",
+            "nothing",
+            f"the numbers {', '.join(f.name for f in fields(BallSurface))} for contact surface",
+        )
+    return ball.surface
+
+
 def _check_whole(ball: BallParameters, where: str) -> None:
     """What no single value shows."""
     check_name(ball.name, where)
@@ -66,6 +91,12 @@ def _check_whole(ball: BallParameters, where: str) -> None:
         raise InputError(
             f"{where}: speed_high.value", ball.speed_high.value, f"above {ball.speed_low.value}"
         )
+    if ball.surface is not None:
+        for key, most in (("inertia_factor", 2.0 / 3.0), ("flattening", 1.0)):
+            found: Quantity = getattr(ball.surface, key)
+            if found.value > most:
+                allowed = f"at most {most:.3g}"
+                raise InputError(f"{where}: surface.{key}.value", found.value, allowed)
     for key in ("stiffness_growth", "damping_growth"):
         growth: Quantity = getattr(ball, key)
         if growth.value <= -1.0:  # kb or cb would turn negative inside the identified range

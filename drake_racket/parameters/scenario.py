@@ -32,6 +32,7 @@ from drake_racket.io.schema import (
     shown_changes,
 )
 from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
+from drake_racket.laws.surface import CONTACTS
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.frame import JOINT_READINGS
 from drake_racket.parameters.grip import GRIP_KINDS, GripStiffness, load_grip
@@ -43,6 +44,8 @@ SUPPORTS = ("free", "clamped_head", "clamped_handle", "grip", "limb")
 SCHEMES = ("runge_kutta2", "runge_kutta3", "runge_kutta5")
 ENGINES = ("auto", "drake", "compiled")
 """Of a scenario. `auto`: one impact runs on Drake, sweeps take the compiled engine where it can."""
+RPM = math.pi / 30.0
+"""rad/s in a turn per minute."""
 MAXIMUM_STEP = 2e-4
 """s, of a run with an impact: the default, and the longest measured (docs/performance.md)."""
 
@@ -124,6 +127,9 @@ class Scenario(Schema):
             `displacement` from the place of touch, as the paper has it.
         reaction_point: where the contact's reaction acts on the head: at the `ball`, or at the
             `string_mass`, as the paper has it.
+        contact: `paper`, a ball that is a point without spin and meets one string mass, or
+            `surface`, one with radius and spin that meets the strings anywhere (`laws.surface`);
+            `point` then is but where its surface is aimed, and the two above have no say.
         support: `free`, `clamped_head` (head welded to the world), `clamped_handle`, `grip`
             (a hand fixed in the world; see `plant.grip`), or `limb` (a hand at the end of a limb).
         grip: of the hand: `loose`, `normal`, `tight`, or the path of a grip's file.
@@ -138,6 +144,9 @@ class Scenario(Schema):
             the racket and across it.
         speed: of the ball, in the world.  incidence_deg: from the normal of the strings.
             azimuth_deg: direction of the tangential part in the string plane, from +x towards +y.
+        spin_rpm: of the ball before touch, about the axis along which friction spins a ball of this
+            incidence, and positive in friction's sense; with contact `surface` only.
+        spin: more of it, as a vector in R (rad/s).
         approach_time: flight before touch.  after: time simulated from touch on.
         gravity: in the world; that is the racket's initial frame R but where a limb holds it.
         time_step: 0 for a continuous plant, else the step of a discrete one.
@@ -153,6 +162,7 @@ class Scenario(Schema):
     joint_reading: Annotated[str, OneOf("", *JOINT_READINGS)] = ""
     friction_reading: Annotated[str, OneOf(*FRICTION_READINGS)] = "velocity"
     reaction_point: Annotated[str, OneOf(*REACTION_POINTS)] = "ball"
+    contact: Annotated[str, OneOf(*CONTACTS)] = "paper"
     support: Annotated[str, OneOf(*SUPPORTS)] = "free"
     grip: Text = "normal"
     grip_kind: Annotated[str, OneOf(*GRIP_KINDS)] = "compliant"
@@ -164,6 +174,8 @@ class Scenario(Schema):
     speed: Annotated[float, Number("m/s", 0.1, 100.0)] = 25.0
     incidence_deg: Annotated[float, Number("degrees", 0.0, 80.0)] = 0.0
     azimuth_deg: Annotated[float, Number("degrees", -360.0, 360.0)] = 90.0
+    spin_rpm: Annotated[float, Number("rpm", -20000.0, 20000.0)] = 0.0
+    spin: Annotated[Vector, Three("rad/s", 2100.0)] = (0.0, 0.0, 0.0)
     approach_time: Annotated[float, Number("s", 0.0, 0.1)] = 0.001
     after: Annotated[float, Number("s", 1e-4, 2.0)] = 0.05
     gravity: Annotated[Vector, Three("m/s^2", 100.0)] = (0.0, 0.0, 0.0)
@@ -226,3 +238,13 @@ class Scenario(Schema):
                 -self.speed * math.cos(incidence),
             ]
         )
+
+    def spin_axis(self) -> NDArray[np.float64]:
+        """Gives the unit vector in R about which friction spins a ball of this incidence."""
+        azimuth = math.radians(self.azimuth_deg)
+        return np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
+
+    def ball_spin(self) -> NDArray[np.float64]:
+        """Gives the initial angular velocity of the ball in R (rad/s)."""
+        found: NDArray[np.float64] = np.array(self.spin) + self.spin_rpm * RPM * self.spin_axis()
+        return found

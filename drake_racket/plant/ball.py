@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.schema import shown
+from drake_racket.laws.surface import CONTACTS
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.plant.sdf import ball_inertia, ball_sdf
 from drake_racket.plant.shapes import show_ball
@@ -18,13 +19,14 @@ from drake_racket.plant.shapes import show_ball
 
 @dataclass(frozen=True, repr=False)
 class Ball:
-    """The Ball holds handles to a ball in a plant.
+    """The Ball holds handles to a ball in a plant, made for one law of contact.
 
     Attributes:
         plant: that it is on.
         parameters: of its file.
         model_instance: of the plant.
         body: free in the world.
+        contact: the law, `paper` or `surface`.
 
     """
 
@@ -32,6 +34,7 @@ class Ball:
     parameters: BallParameters
     model_instance: ModelInstanceIndex
     body: RigidBody
+    contact: str = "paper"
 
     def __repr__(self) -> str:
         """Shows the model instance and the parameters' name."""
@@ -39,14 +42,22 @@ class Ball:
         return shown(self, f"{instance}: {self.parameters.name}")
 
 
-def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "ball") -> Ball:
+def add_ball(
+    plant: MultibodyPlant,
+    parameters: BallParameters,
+    *,
+    name: str = "ball",
+    contact: str = "paper",
+) -> Ball:
     """Adds a free ball to `plant`, before `Finalize`; with its shapes if there is a SceneGraph.
 
-    The ball is a free body, but the contact force goes through its centre: it moves as a point
-    mass and keeps whatever spin it is given.
+    The ball is a free body. With contact `paper` the force goes through its centre: it moves as a
+    point mass and keeps whatever spin it is given. For contact `surface` say so here: that ball
+    has the moment of inertia of its file.
 
     Raises:
-        InputError: the plant is finalized, or the name is taken or not a name.
+        InputError: the plant is finalized, the name is taken or not a name, the contact is unknown,
+            or the ball's file has no numbers for it.
 
     """
     if plant.is_finalized():
@@ -55,18 +66,22 @@ def add_ball(plant: MultibodyPlant, parameters: BallParameters, *, name: str = "
         raise InputError("add_ball: name", name, "a name that the plant does not have yet")
     if not (name.isascii() and name.isidentifier()):
         raise InputError("add_ball: name", name, "letters, digits and _ (not first a digit)")
+    if contact not in CONTACTS:
+        raise InputError("add_ball: contact", contact, ", ".join(CONTACTS))
     parser = Parser(plant)
     parser.SetStrictParsing()
-    (instance,) = parser.AddModelsFromString(ball_sdf(parameters, name), "sdf")
+    (instance,) = parser.AddModelsFromString(ball_sdf(parameters, name, contact), "sdf")
     body = plant.GetBodyByName("ball", instance)
     show_ball(plant, body, parameters.radius.value)
-    return Ball(plant, parameters, instance, body)
+    return Ball(plant, parameters, instance, body, contact)
 
 
 def set_ball_inertia(ball: Ball, root: Context, parameters: BallParameters) -> None:
     """Writes the ball's mass and moments into a Context; see `set_racket_inertia`."""
     context = ball.plant.GetMyMutableContextFromRoot(root)
-    ball.body.SetSpatialInertiaInBodyFrame(context, ball_inertia(parameters).spatial())
+    ball.body.SetSpatialInertiaInBodyFrame(
+        context, ball_inertia(parameters, ball.contact).spatial()
+    )
 
 
 def ball_law(parameters: BallParameters) -> tuple[float, float, float, float, float, float]:

@@ -30,13 +30,20 @@ from drake_racket.laws.phases import (
     ContactRecord,
     contact_record,
 )
-from drake_racket.parameters.ball import BallParameters
+from drake_racket.laws.surface import SurfaceModel
 from drake_racket.parameters.racket import RacketParameters
-from drake_racket.plant.ball import Ball, ball_law
+from drake_racket.plant.ball import Ball
+from drake_racket.plant.contacts import (
+    check_contact,
+    contact_model,
+    surface_bodies,
+    surface_model,
+)
 from drake_racket.plant.racket import Racket
 from drake_racket.plant.string_bed import string_bed_model, string_coordinates
 from drake_racket.plant.systems.ball_contact import BallContact
 from drake_racket.plant.systems.string_bed import StringBed
+from drake_racket.plant.systems.surface_contact import SurfaceContact
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,7 +52,7 @@ class Impact:
 
     Attributes:
         string_bed: the StringBed system.
-        contact: the BallContact system; None for a racket without a ball.
+        contact: the BallContact or SurfaceContact; None for a racket without a ball.
 
     """
 
@@ -91,6 +98,7 @@ def add_impact(
     point: int = 0,
     friction_reading: str = "velocity",
     reaction_point: str = "ball",
+    contact: str = "paper",
     name: str | None = None,
     connect: bool = True,
 ) -> Impact:
@@ -105,6 +113,8 @@ def add_impact(
         friction_reading: `velocity` or `displacement` (see `laws.contact`).
         reaction_point: where the reaction to the contact force acts on the head: `ball`, at the
             ball (action and reaction along one line), or `string_mass`, as the source has it.
+        contact: `paper`, a point without spin on one string mass, or `surface`, a ball with radius
+            and spin anywhere on the bed (`laws.surface`), for which the three above have no say.
         name: prefix of the two systems' names; the racket's model name if None.
         connect: wire the forces to the plant's input ports. With several rackets, or other sources
             of force on the same ports, pass False and call `connect_forces` once.
@@ -116,6 +126,8 @@ def add_impact(
     """
     _check_plant(builder, plant, "add_impact", racket, ball)
     _check_choices(racket, point, friction_reading, reaction_point)
+    if ball is not None:
+        check_contact(contact, ball, "add_impact: contact")
     _finalize(plant)
     name = name or plant.GetModelInstanceName(racket.model_instance)
     string_bed = builder.AddNamedSystem(
@@ -123,9 +135,9 @@ def add_impact(
         StringBed(string_bed_model(racket.parameters), string_coordinates(racket)),
     )
     builder.Connect(plant.get_state_output_port(), string_bed.GetInputPort("state"))
-    contact = None
+    system = None
     if ball is not None:
-        contact = add_contact(
+        system = add_contact(
             builder,
             plant,
             racket,
@@ -133,9 +145,10 @@ def add_impact(
             point=point,
             friction_reading=friction_reading,
             reaction_point=reaction_point,
+            contact=contact,
             name=f"{name}_{plant.GetModelInstanceName(ball.model_instance)}_contact",
         )
-    impact = Impact(racket, ball, string_bed, contact)
+    impact = Impact(racket, ball, string_bed, system)
     if connect:
         connect_forces(builder, plant, [impact])
     return impact
@@ -150,12 +163,21 @@ def add_contact(
     point: int = 0,
     friction_reading: str = "velocity",
     reaction_point: str = "ball",
+    contact: str = "paper",
     name: str,
 ) -> Any:
-    """Adds one BallContact and connects its inputs; returns the system. As `add_impact`."""
+    """Adds one contact and connects its inputs; returns the system. As `add_impact`."""
     _check_plant(builder, plant, "add_contact", racket, ball)
     _check_choices(racket, point, friction_reading, reaction_point)
+    check_contact(contact, ball, "add_contact: contact")
     _finalize(plant)
+    if contact == "surface":
+        own = surface_model(racket.parameters, ball.parameters)
+        system = builder.AddNamedSystem(
+            name, SurfaceContact(own, surface_bodies(racket, ball), plant)
+        )
+        builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
+        return system
     model = contact_model(
         racket.parameters, ball.parameters, point, friction_reading, reaction_point
     )
@@ -163,9 +185,9 @@ def add_contact(
         ball=int(ball.body.index()),
         strings=tuple(int(b.index()) for b in racket.string_masses),
     )
-    contact = builder.AddNamedSystem(name, BallContact(model, bodies, plant))
-    builder.Connect(plant.get_state_output_port(), contact.GetInputPort("state"))
-    return contact
+    system = builder.AddNamedSystem(name, BallContact(model, bodies, plant))
+    builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
+    return system
 
 
 def connect_forces(
@@ -214,29 +236,11 @@ def connect_forces(
         builder.Connect(junction.get_output_port(), target)
 
 
-def contact_model(
-    racket: RacketParameters,
-    ball: BallParameters,
-    point: int,
-    friction_reading: str,
-    reaction_point: str,
-) -> ContactModel:
-    """Gives the numbers of the parameter files, for the BallContact system."""
-    bed = racket.string_bed
-    return ContactModel(
-        ball=ball_law(ball),
-        friction=tuple(racket.friction_coefficients()),
-        scales=(ball.sliding_speed_scale.value, ball.sliding_distance_scale.value),
-        grid=bed.spacing.value * racket.bed_topology().places,
-        rim=(bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value),
-        point=point,
-        by_displacement=friction_reading == "displacement",
-        reaction_at_ball=reaction_point == "ball",
-    )
-
-
 def set_impact_parameters(
-    impact: Impact, root: Context, racket: RacketParameters, contact: ContactModel | None
+    impact: Impact,
+    root: Context,
+    racket: RacketParameters,
+    contact: ContactModel | SurfaceModel | None,
 ) -> None:
     """Writes the parameters of another racket file, ball or choice into a Diagram's Context.
 
@@ -261,8 +265,13 @@ def set_impact_parameters(
         context.get_mutable_numeric_parameter(index).SetFromVector(np.asarray(values))
     if contact is not None and impact.contact is not None:
         context = impact.contact.GetMyMutableContextFromRoot(root)
-        choices = [contact.point, contact.by_displacement, contact.reaction_at_ball]
-        for index, group in enumerate((contact.ball, contact.friction, contact.scales, choices)):
+        groups: list[Any] = [contact.ball, contact.friction]
+        if isinstance(contact, SurfaceModel):
+            groups.append(contact.surface)
+        else:
+            choices = [contact.point, contact.by_displacement, contact.reaction_at_ball]
+            groups += [contact.scales, choices]
+        for index, group in enumerate(groups):
             context.get_mutable_numeric_parameter(index).SetFromVector(
                 np.asarray(group, dtype=float)
             )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pydrake.math import RotationMatrix
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
-from drake_racket.parameters.ball import BallParameters
+from drake_racket.parameters.ball import BallParameters, surface_of
 from drake_racket.parameters.frame import (
     AXES,
     FrameJoint,
@@ -62,10 +62,11 @@ def string_inertia(racket: RacketParameters) -> LinkInertia:
     return LinkInertia(racket.string_mass(), 0.0, (0.0, 0.0, 0.0))
 
 
-def ball_inertia(ball: BallParameters) -> LinkInertia:
-    """Gives the inertia of the ball; see `ball_sdf`."""
+def ball_inertia(ball: BallParameters, contact: str = "paper") -> LinkInertia:
+    """Gives the inertia of the ball; with contact paper, where nothing turns it, a thin shell's."""
     mass, radius = ball.mass.value, ball.radius.value
-    moment = 2.0 / 3.0 * mass * radius * radius
+    factor = surface_of(ball).inertia_factor.value if contact == "surface" else 2.0 / 3.0
+    moment = factor * mass * radius * radius
     return LinkInertia(mass, 0.0, (moment, moment, moment))
 
 
@@ -135,16 +136,16 @@ def _throat_bushing(joints: Sequence[FrameJoint]) -> list[str]:
     ]
 
 
-def ball_sdf(ball: BallParameters, name: str | None = None) -> str:
+def ball_sdf(ball: BallParameters, name: str | None = None, contact: str = "paper") -> str:
     """Gives SDF text of the ball: one free body.
 
-    The contact force goes through its centre: it moves as the point mass of the paper, and keeps
-    what spin it is given. Drake needs a rotational inertia; a thin shell's, 2/3 m r^2, is given.
+    With contact paper the force goes through its centre: it moves as a point mass, and keeps what
+    spin it is given. Drake needs a rotational inertia; a thin shell's, 2/3 m r^2, is given then.
     """
     body = [
         f'  <model name="{name or ball.name}">',
         '    <link name="ball">',
-        *_inertial(ball_inertia(ball)),
+        *_inertial(ball_inertia(ball, contact)),
         "    </link>",
         "  </model>",
         "</sdf>",

@@ -40,7 +40,7 @@ def balance(
         raise InputError("balance: impact", "without a ball", "an impact with a ball")
     parts = Parts(impact, meter, limb=limb)
     observer = Observer(parts, root)
-    time, contact, state, record, totals = observer.states(observer.state()[None])
+    time, contact, state, record, element, totals = observer.states(observer.state()[None])
     trajectory = Trajectory(
         mechanism=mechanism_of(parts, root),
         time=time,
@@ -51,5 +51,6 @@ def balance(
         motion=observer.motion([0], [observer.moving()], state),
         steps=0,
         evaluations=0,
+        element=element,
     )
     return balances(trajectory, held=held).at(0)

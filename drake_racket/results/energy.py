@@ -18,6 +18,7 @@ from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.limits import limit_energies
 from drake_racket.laws.phases import GIVEN_UP, KB, PHASE
 from drake_racket.laws.strings import bent_energy, spring_energy
+from drake_racket.laws.surface import KT
 from drake_racket.laws.totals import (
     COUPLE,
     GRIP,
@@ -294,10 +295,14 @@ def _state(trajectory: Trajectory) -> tuple[Array, Array]:
 
 
 def _stored_in_ball(trajectory: Trajectory) -> Array:
-    """Kb x^2 / 2 in contact, (m,) (J)."""
+    """(kb x^2 + kt u^2) / 2 in contact, (m,) (J)."""
     record = trajectory.record[trajectory.motion.samples]
     x = trajectory.contact[trajectory.motion.samples, 2]
-    return np.where(record[:, PHASE] == CONTACT, 0.5 * record[:, KB] * x * x, 0.0)
+    stored = 0.5 * record[:, KB] * x * x
+    if trajectory.element.size:
+        u = trajectory.element[trajectory.motion.samples]
+        stored = stored + 0.5 * record[:, KT] * np.einsum("mi,mi->m", u, u)
+    return np.where(record[:, PHASE] == CONTACT, stored, 0.0)
 
 
 def _limb_energies(

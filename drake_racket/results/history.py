@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from drake_racket.cases.case import Case
 from drake_racket.engines.trajectory import Mechanism, Trajectory
 from drake_racket.laws.contact import CONTACT
-from drake_racket.laws.phases import TOUCH
+from drake_racket.laws.phases import PHASE, TOUCH
 from drake_racket.laws.strings import bent_stretch, spring_law
+from drake_racket.laws.surface import GRIPS
 from drake_racket.plant.properties import frame_fundamentals
 from drake_racket.plant.systems.ports import ContactState
 from drake_racket.results import kinematics
@@ -42,7 +43,8 @@ def make_history(case: Case, trajectory: Trajectory, energies: Balances | None) 
     mechanism = trajectory.mechanism
     touch = float(trajectory.record[-1, TOUCH])
     zero = touch if np.isfinite(touch) else 0.0
-    columns = _impact_columns(trajectory) | _hand_columns(trajectory) | _limb_columns(trajectory)
+    columns = _impact_columns(trajectory) | _surface_columns(trajectory)
+    columns |= _hand_columns(trajectory) | _limb_columns(trajectory)
     if energies is not None:
         columns["energy"] = energies.energies
     in_world = mechanism.limb is not None
@@ -119,6 +121,13 @@ _VARIABLES: tuple[_Row, ...] = (
     ("handle_quaternion", "quaternion", "1", _R, "orientation of the handle's axes"),
 )
 
+_SURFACE_VARIABLES: tuple[_Row, ...] = (
+    ("ball_spin", "axis", "rad/s", _R, "angular velocity of the ball"),
+    ("ball_quaternion", "quaternion", "1", _R, "orientation of the ball's axes"),
+    ("gripping", None, "1", "", "1 where ball and strings grip, 0 where they slide or are apart"),
+    ("shear_x", None, "m", _B, "shear between ball and strings along the head's x"),
+    ("shear_y", None, "m", _B, "shear between ball and strings along the head's y"),
+)
 _HAND_VARIABLES: tuple[_Row, ...] = (
     ("hand_torque", "axis", "N m", "hand", "torque of the racket on the hand about its frame"),
     ("hand_force", "axis", "N", "hand", "force of the racket on the hand"),
@@ -143,7 +152,14 @@ _LANDMARK_VARIABLES: tuple[_Row, ...] = tuple(
 _ENERGY = ("energy", "store", "J", "", "energy in each store, or lost so far")
 _ALL = {
     row[0]: row
-    for row in (*_VARIABLES, *_HAND_VARIABLES, *_LIMB_VARIABLES, *_LANDMARK_VARIABLES, _ENERGY)
+    for row in (
+        *_VARIABLES,
+        *_SURFACE_VARIABLES,
+        *_HAND_VARIABLES,
+        *_LIMB_VARIABLES,
+        *_LANDMARK_VARIABLES,
+        _ENERGY,
+    )
 }
 
 TIME_ATTRIBUTES = {"units": "s", "long_name": "time from first touch"}
@@ -187,6 +203,22 @@ def _impact_columns(trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
         "tip_position": kinematics.positions(motion, places["tip"]),
         "handle_acceleration": kinematics.sensor_accelerations(motion, places["accelerometer"]),
         "handle_quaternion": kinematics.quaternions(kinematics.rotations(motion, mechanism.handle)),
+    }
+
+
+def _surface_columns(trajectory: Trajectory) -> dict[str, NDArray[np.float64]]:
+    """What a ball with contact surface has beside: spin, and the element to the strings."""
+    if not trajectory.element.size:
+        return {}
+    motion, ball = trajectory.motion, trajectory.mechanism.ball
+    touching = trajectory.record[:, PHASE] == CONTACT
+    shear = np.where(touching[:, None], trajectory.element, 0.0)
+    return {
+        "ball_spin": motion.velocities[:, ball, :3],
+        "ball_quaternion": kinematics.quaternions(kinematics.rotations(motion, ball)),
+        "gripping": (touching & (trajectory.record[:, GRIPS] > 0.5)).astype(float),
+        "shear_x": shear[:, 0],
+        "shear_y": shear[:, 1],
     }
 
 

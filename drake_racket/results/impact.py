@@ -28,6 +28,13 @@ from drake_racket.results.energy import (
 )
 from drake_racket.results.history import make_history
 from drake_racket.results.kinematics import sensor_accelerations
+from drake_racket.results.spin import (
+    angular_impulse,
+    ball_spins,
+    impulse_place,
+    sliding,
+    tangential_restitution,
+)
 from drake_racket.results.summary import summary_rows, summary_text
 from drake_racket.results.warnings import run_warnings
 
@@ -41,6 +48,16 @@ RESULT_UNITS = {
     "apparent_restitution": "1",
     "aim_velocity": "m/s",
     "rebound_angle": "rad",
+    "rebound_angles": "rad",
+    "spin_before": "rad/s",
+    "spin_after": "rad/s",
+    "tangential_restitution": "1",
+    "sliding_fraction": "1",
+    "grip_time": "s",
+    "overspin_time": "s",
+    "touch_place": "m",
+    "angular_impulse": "N*m*s",
+    "impulse_place": "m",
     "contact_time": "s",
     "touch_time": "s",
     "peak_normal_force": "N",
@@ -78,6 +95,15 @@ class ImpactResult:
             initial velocity of the racket where the ball is aimed (0 but in a stroke).
         aim_velocity: (3,) that velocity.
         rebound_angle: between rebound velocity and the initial normal of the strings.
+        rebound_angles: (2,) of the rebound velocity from the normal in the planes x z and y z.
+        spin_before: (3,) angular velocity of the ball at the start.
+        spin_after: (3,) angular velocity of the ball at its last release.
+        tangential_restitution: of the ball's surface over the strings (`results.spin`); None with
+            contact paper, and where that does not move before touch.
+        sliding_fraction: share of the contact spent sliding; None with contact paper.
+        grip_time: the rest of the contact; None likewise.
+        overspin_time: how long the ball's surface goes backwards in contact; None likewise.
+        touch_place: (2,) x, y of the first touch in the head, from the bed's centre; None likewise.
         contact_time: from first touch to last release.
         touch_time: of the first touch, from the start.
         point: number of the string-bed point that the ball touched.
@@ -86,6 +112,9 @@ class ImpactResult:
             neighbours.
         peak_string_deflection: of a string mass, in the same way.
         impulse: (3,) change of the ball's momentum from start to rebound.
+        angular_impulse: (3,) of the contact on the racket about R's origin, the butt; the first is
+            the moment about the racket's long axis over time.
+        impulse_place: (2,) x, y in R where the impulse would have to meet the strings' plane.
         normal_approach_speed: of the ball relative to the strings, at first touch.
         kb: stiffness of the ball, as latched at that speed.
         cb: damping of the ball, as latched at that speed.
@@ -116,6 +145,14 @@ class ImpactResult:
     apparent_restitution: float
     aim_velocity: NDArray[np.float64]
     rebound_angle: float
+    rebound_angles: NDArray[np.float64]
+    spin_before: NDArray[np.float64]
+    spin_after: NDArray[np.float64]
+    tangential_restitution: float | None
+    sliding_fraction: float | None
+    grip_time: float | None
+    overspin_time: float | None
+    touch_place: NDArray[np.float64] | None
     contact_time: float | None
     touch_time: float | None
     point: int | None
@@ -123,6 +160,8 @@ class ImpactResult:
     peak_normal_force: float
     peak_string_deflection: float
     impulse: NDArray[np.float64]
+    angular_impulse: NDArray[np.float64]
+    impulse_place: NDArray[np.float64] | None
     normal_approach_speed: float | None
     kb: float | None
     cb: float | None
@@ -186,6 +225,11 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
     energies = balances(trajectory, held=held) if trajectory.audited() else None
     dataset = make_history(case, trajectory, energies) if history else None
     motion = _racket_motion(trajectory)
+    spins = ball_spins(trajectory) @ R_WR
+    slid = sliding(trajectory)
+    impulse = case.ball.mass.value * (rebound - approach)
+    first = int(np.argmin(np.abs(trajectory.time - record.touch_time))) if touched else 0
+    angular = angular_impulse(case, trajectory, first, last, R_WR)
     errors = _errors(energies, scenario)
     frame = trajectory.mechanism.frame
     bending = {
@@ -201,13 +245,25 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
         ),
         aim_velocity=aim_velocity,
         rebound_angle=math.atan2(float(np.hypot(rebound[0], rebound[1])), float(rebound[2])),
+        rebound_angles=np.arctan2(rebound[:2], rebound[2]),
+        spin_before=spins[0],
+        spin_after=spins[last],
+        tangential_restitution=tangential_restitution(
+            case, (approach, rebound), (spins[0], spins[last]), aim_velocity
+        ),
+        sliding_fraction=None if slid is None else slid.fraction,
+        grip_time=None if slid is None else slid.grip_time,
+        overspin_time=None if slid is None else slid.overspin_time,
+        touch_place=None if slid is None else slid.place,
         contact_time=record.release_time - record.touch_time if released else None,
         touch_time=record.touch_time if touched else None,
         point=record.point if touched else None,
         touches=record.touches,
         peak_normal_force=_peak(trajectory.time, trajectory.contact[:, ContactState.NORMAL_FORCE]),
         peak_string_deflection=_peak_deflection(trajectory),
-        impulse=case.ball.mass.value * (rebound - approach),
+        impulse=impulse,
+        angular_impulse=angular,
+        impulse_place=impulse_place(-impulse, angular),
         normal_approach_speed=record.approach_speed if touched else None,
         kb=record.kb if touched else None,
         cb=record.cb if touched else None,

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drake_racket.io.errors import InputError
-from drake_racket.parameters.scenario import Scenario
+from drake_racket.parameters.scenario import RPM, Scenario
 from drake_racket.results.history import after_release
 from drake_racket.results.impact import ImpactResult
 
 if TYPE_CHECKING:
     import xarray
 
-AUDIT, HAND, LIMB = "audit", "hand", "limb"
+AUDIT, HAND, LIMB, SURFACE = "audit", "hand", "limb", "surface"
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Output:
         long_name: what it is, in words.
         read: a module's function (it travels between processes); NaN where there is no number.
         needs_history: it is read from the time history, which makes a run slower.
-        needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb)
-            or LIMB (support limb); without it the number is NaN.
+        needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb),
+            LIMB (support limb) or SURFACE (contact surface); without it the number is NaN.
         of_engine: it tells how an engine worked, not what happened: engines need not agree.
 
     """
@@ -50,6 +50,8 @@ class Output:
         """Tells whether such a scenario can have it."""
         if self.needs == HAND:
             return scenario.support in ("grip", "limb")
+        if self.needs == SURFACE:
+            return scenario.contact == "surface"
         if self.needs == LIMB:
             return scenario.support == "limb" and scenario.audit
         return scenario.audit or self.needs != AUDIT
@@ -62,6 +64,15 @@ def _attribute(result: ImpactResult, *, name: str) -> float:
 
 def _component(result: ImpactResult, *, name: str, index: int) -> float:
     return float(getattr(result, name)[index])
+
+
+def _maybe_component(result: ImpactResult, *, name: str, index: int) -> float:
+    value = getattr(result, name)
+    return math.nan if value is None else float(value[index])
+
+
+def _spin_rpm(result: ImpactResult) -> float:
+    return float(result.spin_after @ result.scenario.spin_axis()) / RPM
 
 
 def _energy(result: ImpactResult, *, name: str) -> float:
@@ -101,6 +112,19 @@ def _vector(name: str, units: str, text: str) -> list[Output]:
             functools.partial(_component, name=name, index=i),
         )
         for i, letter in enumerate("xyz")
+    ]
+
+
+def _pair(name: str, key: str, units: str, text: str, needs: str = "") -> list[Output]:
+    return [
+        Output(
+            f"{name}_{letter}",
+            units,
+            f"{text}, {letter}",
+            functools.partial(_maybe_component, name=key, index=i),
+            needs=needs,
+        )
+        for i, letter in enumerate("xy")
     ]
 
 
@@ -205,6 +229,27 @@ def _all() -> list[Output]:
         *USUAL,
         *_vector("rebound_velocity", "m/s", "rebound velocity of the ball"),
         _single("rebound_angle", "rad", "between rebound velocity and the strings' normal"),
+        Output(
+            "spin_after_rpm",
+            "rpm",
+            "spin after, about the axis of spin_rpm",
+            _spin_rpm,
+        ),
+        *_vector("spin_before", "rad/s", "initial angular velocity of the ball"),
+        *_vector("spin_after", "rad/s", "angular velocity of the ball at its last release"),
+        *_pair("rebound_angle", "rebound_angles", "rad", "rebound angle in the plane with z"),
+        *_pair("impulse_place", "impulse_place", "m", "place of the impulse in the strings' plane"),
+        *_pair("touch_place", "touch_place", "m", "place of the first touch in the bed", SURFACE),
+        *(
+            _single(name, units, text, needs=SURFACE)
+            for name, units, text in (
+                ("tangential_restitution", "1", "tangential restitution of the ball's surface"),
+                ("sliding_fraction", "1", "share of the contact spent sliding"),
+                ("grip_time", "s", "time in contact spent gripping"),
+                ("overspin_time", "s", "time in contact with the ball's surface going backwards"),
+            )
+        ),
+        *_vector("angular_impulse", "N*m*s", "angular impulse on the racket about the butt"),
         *_vector("approach_velocity", "m/s", "initial velocity of the ball"),
         _single("normal_approach_speed", "m/s", "normal approach speed at first touch"),
         _single("touch_time", "s", "time of first touch, from the start"),

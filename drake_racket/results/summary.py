@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from drake_racket.parameters.scenario import RPM
+
 
 def summary_rows(result: Any) -> list[tuple[str, str]]:
     """Tells what is said of an impact (an ImpactResult), as pairs of a name and a text."""
@@ -15,6 +17,14 @@ def summary_rows(result: Any) -> list[tuple[str, str]]:
         ("Apparent restitution", f"{result.apparent_restitution:.3f}"),
         ("Rebound angle", f"{math.degrees(result.rebound_angle):.2f}° from the normal"),
     ]
+    if result.sliding_fraction is not None:
+        axis = result.scenario.spin_axis()
+        before, after = (float(w @ axis) / RPM for w in (result.spin_before, result.spin_after))
+        rows.append(
+            ("Spin", f"{after:+.0f} rpm (before {before:+.0f}), positive as friction turns")
+        )
+        slid, over = 100.0 * result.sliding_fraction, 1e3 * result.overspin_time
+        rows.append(("On the strings", f"slid {slid:.0f} % of the contact, overspin {over:.2f} ms"))
     if result.contact_time is not None:
         rows.append(("Contact time", f"{1e3 * result.contact_time:.2f} ms"))
     rows += [

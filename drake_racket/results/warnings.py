@@ -10,7 +10,7 @@ from drake_racket.cases.case import Case
 from drake_racket.cases.effort import effort, unstable
 from drake_racket.engines.trajectory import Trajectory
 from drake_racket.laws.contact import CONTACT
-from drake_racket.laws.phases import ContactRecord
+from drake_racket.laws.phases import PHASE, ContactRecord
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.results.energy import Balances
 
@@ -66,6 +66,7 @@ def _beyond(case: Case, trajectory: Trajectory, record: ContactRecord) -> list[s
             f"the ball is compressed by {1e3 * deepest:.0f} mm of its radius of"
             f" {1e3 * radius:.0f} mm: more than its law holds for"
         )
+    found += _along_the_strings(case, trajectory, record)
     bed, racket = case.racket.string_bed, case.racket
     x, y, _ = case.scenario.aim(racket) - np.array(racket.centre())
     a, b = bed.rim_semi_axis_x.value - radius, bed.rim_semi_axis_y.value - radius
@@ -82,6 +83,24 @@ def _beyond(case: Case, trajectory: Trajectory, record: ContactRecord) -> list[s
             " and the model's frame shape hold for small angles"
         )
     return found + _moments(racket)
+
+
+def _along_the_strings(case: Case, trajectory: Trajectory, record: ContactRecord) -> list[str]:
+    """Contact surface keeps the string masses that it met first: says if the ball has left them."""
+    if case.scenario.contact == "paper" or record.touches == 0:
+        return []
+    place, half = trajectory.mechanism.ball_position, 0.5 * case.racket.string_bed.spacing.value
+    touching = np.flatnonzero(trajectory.record[:, PHASE] == CONTACT)
+    ends = trajectory.state[[touching[0], touching[-1]], place : place + 3]
+    pose = trajectory.motion.poses[0, trajectory.mechanism.handle]
+    across = ((ends[1] - ends[0]) @ pose[:, :3])[:2]
+    moved = float(np.linalg.norm(across))
+    if moved <= half:
+        return []
+    return [
+        f"the ball moved {1e3 * moved:.0f} mm along the strings in contact, and stayed on the"
+        " string masses that it met first: its weights are frozen at touch"
+    ]
 
 
 def _moments(racket: RacketParameters) -> list[str]:

@@ -1,3 +1,6 @@
+from .finer_beds import FinerBed as FinerBed
+from .finer_beds import calibrated_bed as calibrated_bed
+from .finer_beds import convergence as convergence
 from .force_plate.force import AFTER as AFTER
 from .force_plate.force import BEFORE as BEFORE
 from .force_plate.force import PLATE_SAMPLE_RATE as PLATE_SAMPLE_RATE
@@ -41,8 +44,12 @@ from .modes.shapes import head_node as head_node
 from .restitution_map import along_axis as along_axis
 from .restitution_map import axis_offsets as axis_offsets
 from .restitution_map import restitution_map as restitution_map
+from .spin import slip_limit as slip_limit
+from .spin import spin_over_incidence as spin_over_incidence
 from .static_stiffness import FORCES as FORCES
 from .static_stiffness import MOST_FORCE as MOST_FORCE
 from .static_stiffness import mean_difference as mean_difference
+from .static_stiffness import place_deflection as place_deflection
 from .static_stiffness import stiffness_dataset as stiffness_dataset
+from .static_stiffness import stiffness_map as stiffness_map
 from .static_stiffness import tangent_stiffness as tangent_stiffness

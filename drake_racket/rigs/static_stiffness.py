@@ -7,6 +7,9 @@ A force on one string mass along the head's normal is balanced by the springs (t
 
 The secant stiffness F / |z_p| grows with the force: at small deflection the bed is as stiff as its
 tension makes it, K = A^T diag(T0 / L0) A; at large deflection as its springs do.
+
+Between the points the force is shared by the nearest masses, and the deflection is their weighted
+mean, with the weights of contact surface (`laws.places`): both are continuous over the bed.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from scipy.optimize import root
 from drake_racket.io.errors import InputError
 from drake_racket.io.units import labelled
 from drake_racket.laws.bed import POINT_NUMBERS
+from drake_racket.laws.places import bed_weights
 from drake_racket.laws.strings import generalized_forces
 from drake_racket.parameters.racket import RACKETS, TENSIONS, RacketParameters, load_racket
 from drake_racket.plant.string_bed import string_bed_model
@@ -67,10 +71,94 @@ def static_deflection(racket: RacketParameters, point: int, force: float) -> NDA
         raise InputError("point", point, f"1 to {len(bed.points)}")
     if not 0.0 <= force <= MOST_FORCE:
         raise InputError("force", force, f"0 to {MOST_FORCE:g} N")
-    constants = spring_constants(string_bed_model(racket))
     load = np.zeros(len(bed.points))
     load[point - 1] = -force
+    return _pressed(racket, load, f"point {point}")
+
+
+def place_weights(racket: RacketParameters, x: float, y: float) -> NDArray[np.float64]:
+    """Gives the weights (n,) of the masses at a place in the bed, from its centre (m).
+
+    Raises:
+        InputError: a place that is not within the rim.
+
+    """
+    bed = racket.string_bed
+    rim = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    if not (x / rim[0]) ** 2 + (y / rim[1]) ** 2 < 1.0:
+        raise InputError("place", (x, y), f"within the rim (semi-axes {rim[0]:g} x {rim[1]:g} m)")
+    grid = bed.spacing.value * racket.bed_topology().places
+    points, weights, _ = bed_weights(grid, rim, x, y)
+    found = np.zeros(len(grid))
+    np.add.at(found, list(points), weights)
+    return found
+
+
+def place_deflection(racket: RacketParameters, x: float, y: float, force: float) -> float:
+    """Gives how far (m) the bed gives way at any place under `force` (N) along -z there.
+
+    Args:
+        x, y: place from the bed's centre, towards the tip and to the left (m).
+
+    Raises:
+        InputError: a place that is not within the rim, or a force that is not 0 to 20 kN.
+
+    """
+    if not 0.0 <= force <= MOST_FORCE:
+        raise InputError("force", force, f"0 to {MOST_FORCE:g} N")
+    weights = place_weights(racket, x, y)
+    return -float(weights @ _pressed(racket, -force * weights, f"({x:g}, {y:g})"))
+
+
+def stiffness_map(
+    racket: RacketParameters, *, force: float = 800.0, step: float = 0.01
+) -> xarray.Dataset:
+    """Presses a bed all over: secant stiffness on a grid of places, NaN outside the rim.
+
+    Args:
+        force: N.  step: m, of the grid.
+
+    Returns:
+        `deflection` (m) and `secant_stiffness` (N/m) over (x, y).
+
+    Raises:
+        InputError: a force that is not above 0, or a step that is not 1 to 100 mm.
+
+    """
+    import xarray
+
+    if not 0.0 < force <= MOST_FORCE:
+        raise InputError("force", force, f"above 0, up to {MOST_FORCE:g} N")
+    if not 1e-3 <= step <= 0.1:
+        raise InputError("step", step, "0.001 to 0.1 m")
+    bed = racket.string_bed
+    rim = bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    x, y = (step * np.arange(-int(end / step), int(end / step) + 1) for end in rim)
+    deflection = np.full((len(x), len(y)), np.nan)
+    for i, along in enumerate(x):
+        for j, across in enumerate(y):
+            if (along / rim[0]) ** 2 + (across / rim[1]) ** 2 < 1.0:
+                deflection[i, j] = place_deflection(racket, float(along), float(across), force)
+    with np.errstate(divide="ignore"):
+        secant = force / deflection
+    return xarray.Dataset(
+        {
+            "deflection": labelled(("x", "y"), deflection, "m", "deflection under the force"),
+            "secant_stiffness": labelled(("x", "y"), secant, "N/m", "force over deflection"),
+        },
+        coords={"x": ("x", x, {"units": "m"}), "y": ("y", y, {"units": "m"})},
+        attrs={"title": f"{racket.title}, pressed with {force:g} N, head held"},
+    )
+
+
+def _pressed(
+    racket: RacketParameters, load: NDArray[np.float64], where: str
+) -> NDArray[np.float64]:
+    """Deflections (m) of the masses under a load (n,) (N) along the head's z."""
+    bed = racket.bed_topology()
+    constants = spring_constants(string_bed_model(racket))
     still = np.zeros(len(bed.points))
+    force = float(np.sum(np.abs(load)))
 
     # the springs only stiffen, so Newton from the linear answer overshoots and then comes back
     start = np.linalg.solve(tangent_stiffness(still, constants, bed.incidence), load)
@@ -83,7 +171,7 @@ def static_deflection(racket: RacketParameters, point: int, force: float) -> NDA
     )
     residual = float(np.max(np.abs(answer.fun)))
     if residual > 1e-9 * max(force, 1.0):
-        raise ArithmeticError(f"no equilibrium found at point {point}: residual {residual:g} N")
+        raise ArithmeticError(f"no equilibrium found at {where}: residual {residual:g} N")
     z: NDArray[np.float64] = answer.x
     return z
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drake_racket.io.progress import Progress, Report
+from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.racket import RACKETS, load_racket
 from drake_racket.parameters.scenario import IntegratorSettings
 from drake_racket.plots.rigs.force_plate import force_plate_figure
@@ -42,6 +43,7 @@ def force_plate(plan: Plan, progress: Report) -> SectionResult:
     dataset = plate_dataset(plan.speeds, settings=PLATE_STEP)
     progress(Progress("", 1, 2))
     drop = make_force_plate().run(drop_speed())
+    slow = make_force_plate().run(drop_speed(), load_ball("penn_titanium_slow"))
     names = ("contact_time", "peak_force", "restitution", "rebound_speed", "impulse")
     differences = [abs(dataset[n] / dataset[f"{n}_closed_form"] - 1.0).max() for n in names]
     history = abs(dataset["force"] - dataset["force_closed_form"]).max("time")
@@ -53,6 +55,7 @@ def force_plate(plan: Plan, progress: Report) -> SectionResult:
         "plate.peak_force": float(dataset["peak_force"].max()),
         "plate.contact_time": float(dataset["contact_time"].max()),
         "plate.drop_restitution": drop.restitution,
+        "plate.drop_restitution.slow": slow.restitution,
         "plate.closed_form": max(float(d) for d in differences),
     }
     text = [

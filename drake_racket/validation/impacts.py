@@ -28,6 +28,7 @@ from drake_racket.rigs.head_clamped import (
 )
 from drake_racket.rigs.restitution_map import along_axis, axis_offsets, restitution_map
 from drake_racket.rigs.static_stiffness import mean_difference, stiffness_dataset
+from drake_racket.simulation import simulate
 from drake_racket.sweep.run import run_grid
 from drake_racket.sweep.spec import make_sweep
 from drake_racket.validation.outcome import Plan, SectionResult
@@ -66,6 +67,9 @@ def head_clamped(plan: Plan, progress: Report) -> SectionResult:
     for racket in RACKETS:
         drop = float(drops["restitution"].sel(racket=racket))
         values[f"clamped.{racket}.drop"] = drop
+    metre = math.sqrt(2.0 * STANDARD_GRAVITY)
+    slow = changed(dropped, speed=metre, ball="penn_titanium_slow", after=0.02, engine="compiled")
+    values["clamped.tour.drop_1m"] = simulate(slow, history=False).apparent_restitution
     middle = float(plan.speeds[len(plan.speeds) // 2])
     spread = (restitution.max("point") - restitution.min("point")) / restitution.mean("point")
     text = [

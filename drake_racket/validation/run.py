@@ -32,6 +32,7 @@ from drake_racket.validation.outcome import Plan, Section, SectionResult
 from drake_racket.validation.published import load_published
 from drake_racket.validation.report import write_report
 from drake_racket.validation.rows import Comparison, compare
+from drake_racket.validation.spin import spin
 
 SECTIONS: dict[str, tuple[str, Section]] = {
     "force_plate": ("Ball on a force plate", force_plate),
@@ -42,6 +43,7 @@ SECTIONS: dict[str, tuple[str, Section]] = {
     "head_clamped": ("Head clamped, normal impacts", head_clamped),
     "oblique": ("Head clamped, oblique impacts", oblique),
     "moving_racket": ("Free, held and clamped racket", moving_racket),
+    "spin": ("Ball with radius and spin", spin),
     "static_stiffness": ("String-bed pressed slowly", static_stiffness),
 }
 """Name -> title of a section of the report, and the function that computes it."""

@@ -98,6 +98,28 @@ def test_string_masses_and_ball_are_true_without_magnification(history):
     assert x.max() > 0.005
 
 
+def test_a_ball_that_spins_is_where_its_centre_is_and_its_seam_turns():
+    scenario = Scenario(
+        contact="surface", incidence_deg=30.0, spin_rpm=3000.0, after=0.008, audit=False
+    )
+    log = simulate(scenario, engine="compiled").history
+    scene = scene_of(log)
+    place = logged(log, "ball_position", scene)
+    # flattened towards the strings by its compression, which lets its middle go away from them
+    x = np.interp(scene.time, log["time"], log["compression"]).clip(0.0)
+    assert x.max() > 0.005
+    assert np.sum(x == 0.0) > 20
+    gap = np.linalg.norm(scene.ball.place - place, axis=1)
+    np.testing.assert_allclose(gap, 0.5 * x, atol=1e-4)
+    # before touch the seam turns with the spin: 3,000 rpm are 314 rad/s
+    before = np.flatnonzero(scene.time < 0.0)
+    turned = (scene.ball.rotation * scene.ball_turn)[before]
+    step = (turned[-1] * turned[0].inv()).magnitude()
+    elapsed = scene.time[before[-1]] - scene.time[before[0]]
+    assert step == pytest.approx(314.16 * elapsed, rel=1e-3)
+    assert scene_of(simulate(Scenario(after=0.006), engine="compiled").history).ball_turn is None
+
+
 def lowest_in_head(scene):
     """The lowest point of the drawn ball in the drawn head, (n, 3)."""
     half = scene.ball.rotation.apply([0.0, 0.0, 1.0]) * scene.ball_axes[:, 2:]

@@ -45,7 +45,19 @@ VECTORS = (
     "impulse",
     "racket_velocity",
     "racket_angular_velocity",
+    "spin_before",
+    "spin_after",
+    "angular_impulse",
 )
+PAIRS = ("rebound_angles", "impulse_place")
+ON_SURFACE = (
+    "tangential_restitution",
+    "sliding_fraction",
+    "grip_time",
+    "overspin_time",
+    "touch_place",
+)
+"""None with contact paper."""
 COUNTS = ("point", "touches", "steps", "evaluations")
 OTHERS = ("balance", "warnings", "scenario", "units")
 
@@ -82,14 +94,17 @@ def test_json_is_one_object_with_every_key(run_well):
     out = run_well("impact", "--json", "--after", str(AFTER))
     value, end = json.JSONDecoder().raw_decode(out)
     assert out[end:] == "\n"  # one object, and nothing else
-    assert set(value) == {*NUMBERS, *VECTORS, *COUNTS, *OTHERS}
-    assert set(value["units"]) == {*NUMBERS, *VECTORS, "balance"}
+    assert set(value) == {*NUMBERS, *VECTORS, *PAIRS, *ON_SURFACE, *COUNTS, *OTHERS}
+    assert set(value["units"]) == {*NUMBERS, *VECTORS, *PAIRS, *ON_SURFACE, "balance"}
     assert value["units"]["rebound_angle"] == "rad"
     for key in NUMBERS:
         assert isinstance(value[key], float), key
         assert math.isfinite(value[key]), key
     for key in VECTORS:
         assert [type(x) for x in value[key]] == [float] * 3, key
+    for key in PAIRS:
+        assert [type(x) for x in value[key]] == [float] * 2, key
+    assert [value[key] for key in ON_SURFACE] == [None] * 5
     for key in COUNTS:
         assert type(value[key]) is int, key
     assert value["warnings"] == []
@@ -100,6 +115,26 @@ def test_json_is_one_object_with_every_key(run_well):
     assert value["scenario"]["after"] == AFTER
     assert abs(value["energy_error"]) < 1e-3
     assert abs(value["momentum_error"]) < 1e-6
+
+
+def test_json_of_a_ball_that_spins(run_well):
+    """The tangential restitution follows from the other numbers."""
+    options = "--contact surface --spin -3820 --incidence 40 --engine compiled --after 0.006"
+    out = run_well("impact", "--json", *options.split())
+    value = json.loads(out)
+    assert value["spin_before"] == pytest.approx([400.0294, 0.0, 0.0], abs=1e-3)
+    radius = 0.03425
+    before = value["approach_velocity"][1] + radius * value["spin_before"][0]
+    after = value["rebound_velocity"][1] + radius * value["spin_after"][0]
+    assert value["tangential_restitution"] == pytest.approx(-after / before, abs=1e-12)
+    assert 0.0 <= value["sliding_fraction"] <= 1.0
+    assert value["touch_place"] == pytest.approx([0.0, 0.0], abs=1e-12)
+    rebound = value["rebound_velocity"]
+    assert value["rebound_angles"][1] == pytest.approx(math.atan2(rebound[1], rebound[2]))
+    assert value["energy_error"] < 1e-4
+    assert value["angular_momentum_error"] < 1e-8
+    # friction, at the height of the contact point, and the normal force's place are the moment
+    assert 0.0 > value["angular_impulse"][0] > -0.1
 
 
 def test_json_equals_simulate(run_well, tmp_path):
@@ -302,10 +337,11 @@ def test_out_that_fails_during_the_run(run, tmp_path):
 # --- show -----------------------------------------------------------------------------------------
 
 INFERRED = (
-    "Inferred (13): throat_joint.reading, landmarks.grip, landmarks.accelerometer, string_bed.gsc, "
+    "Inferred (15): throat_joint.reading, landmarks.grip, landmarks.accelerometer, string_bed.gsc, "
     "string_bed.rim_semi_axis_x, string_bed.rim_semi_axis_y, string_bed.damping, "
     "string_bed.springs, friction.points, ball.stiffness_low, ball.damping_low, "
-    "ball.sliding_speed_scale, ball.sliding_distance_scale"
+    "ball.sliding_speed_scale, ball.sliding_distance_scale, "
+    "ball.surface.inertia_factor, ball.surface.flattening"
 )
 
 
@@ -351,7 +387,7 @@ def test_show_as_printed(run_well):
 def test_show_a_tension_between(run_well):
     out = folded(run_well("show", "tour", "--tension", "282.5"))
     assert "string_bed.initial_tension 710.55 N inferred line through the two published" in out
-    assert "Inferred (15): " in out
+    assert "Inferred (17): " in out
 
 
 def test_show_prints_a_users_text_as_it_is(run_well, tmp_path):

@@ -79,6 +79,7 @@ def test_what_a_log_lacks_is_said(run, history, tmp_path):
         "no string_map",
         "no energy",
         "no vibration",
+        "no spin",
         "no loads",
     ]
 

@@ -68,10 +68,19 @@ EVERY = {
     for key in KEYS
     if key not in TOPOLOGY
     and ".spring." not in key
+    and not key.startswith("ball.surface.")
     and not key.startswith("racket.frame.")  # tests/parameters/test_frame.py
     and not key.endswith(("_plane_stiffness", "_plane_damping"))
 }
 """All numbers of the files that a Context takes, each changed by its own share."""
+ON_SURFACE = {
+    key: other(key)
+    for key in KEYS
+    if key.startswith(("ball.", "racket.friction."))
+    and key not in TOPOLOGY
+    and not key.startswith("ball.sliding_")
+}
+"""Of contact surface, likewise: what the ball and the friction have."""
 
 
 def file_with(directory: Path, values: dict[str, float], kind: str) -> str:
@@ -165,6 +174,26 @@ def test_each_key_reaches_the_shared_context_or_takes_another_diagram(held):
         if shared:
             assert numbers(held.create_context(here)) != nominal, key
     assert numbers(held.create_context()) == nominal  # nothing is left behind
+
+
+def test_each_key_of_contact_surface_reaches_the_shared_context():
+    base = dataclasses.replace(BASE, contact="surface")
+    system = make_impact_diagram(base)
+    nominal = numbers(system.create_context())
+    assert len(ON_SURFACE) == 14
+    for key, value in ON_SURFACE.items():
+        here = changed(base, overrides={key: value})
+        assert numbers(system.create_context(here)) != nominal, key
+    assert numbers(system.create_context()) == nominal
+
+
+@pytest.mark.parametrize(
+    ("contact", "key"),
+    [("paper", "ball.surface.flattening"), ("surface", "ball.sliding_speed_scale")],
+)
+def test_a_number_of_the_other_contact_is_refused(contact, key):
+    with pytest.raises(InputError, match=f"{key}.*no such number with contact {contact}"):
+        resolve(Scenario(contact=contact, overrides={key: KEYS[key].value}))
 
 
 CASES = {

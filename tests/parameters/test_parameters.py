@@ -102,6 +102,8 @@ INFERRED_BALL = {
     "damping_low",
     "sliding_speed_scale",
     "sliding_distance_scale",
+    "surface.inertia_factor",
+    "surface.flattening",
 }
 
 
@@ -219,6 +221,10 @@ def test_ball():
         "damping_growth": 0.97,
         "sliding_speed_scale": 0.02,
         "sliding_distance_scale": 1e-4,
+        "surface.inertia_factor": 0.55,
+        "surface.flattening": 0.5,
+        "surface.tangential_stiffness": 34700.0,
+        "surface.tangential_damping": 63.5,
     }
     assert {key: value.value for key, value in values(ball).items()} == expected
     assert {k for k, v in values(ball).items() if v.status == "inferred"} == INFERRED_BALL
@@ -607,3 +613,17 @@ def test_properties_come_from_the_model_given():
     heavier = dataclasses.replace(parameters, handle=handle)
     difference = racket_properties(heavier).mass - racket_properties(parameters).mass
     assert difference == pytest.approx(0.05, rel=1e-12)
+
+
+def test_the_slow_ball_joins_the_other_at_its_lowest_speed():
+    slow, fast = load_ball("penn_titanium_slow"), load_ball()
+    assert slow.speed_high.value == fast.speed_low.value == 18.0
+    for name in ("stiffness", "damping"):
+        low, growth = (getattr(slow, f"{name}_{end}").value for end in ("low", "growth"))
+        assert low * (1.0 + growth) == pytest.approx(getattr(fast, f"{name}_low").value, rel=1e-5)
+    same = {"mass", "radius", "surface.inertia_factor", "surface.tangential_damping"}
+    for key in same:
+        assert values(slow)[key] == values(fast)[key]
+    # kb goes on along the paper's line
+    line = 45e3 * (1.0 - 0.52 * (18.0 - slow.speed_low.value) / 15.0)
+    assert slow.stiffness_low.value == pytest.approx(line, rel=1e-4)

@@ -24,6 +24,9 @@ CASES = {
     ),
     "free": dr.Scenario(integrator=COARSE),
     "clamped": dr.Scenario(support="clamped_head", point="2", after=0.012, integrator=COARSE),
+    "spin": dr.Scenario(
+        contact="surface", incidence_deg=40.0, spin_rpm=-1500.0, after=0.01, integrator=COARSE
+    ),
     "high": dr.Scenario(tension="high", speed=33.0, integrator=COARSE),
 }
 
@@ -34,10 +37,12 @@ def logs():
     return functools.cache(lambda name: dr.simulate(CASES[name]).history)
 
 
-_SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in CASES if name != "hand"]
+_SLOW = [
+    pytest.param(name, marks=pytest.mark.slow) for name in CASES if name not in ("hand", "spin")
+]
 
 
-@pytest.mark.parametrize("case", ["hand", *_SLOW])
+@pytest.mark.parametrize("case", ["hand", "spin", *_SLOW])
 def test_figures_of_a_log(logs, case):
     log = logs(case)
     figures = {"impact": impact_figure(log)}

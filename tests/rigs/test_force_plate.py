@@ -240,3 +240,12 @@ def test_figure_shows_the_data() -> None:
         "contact time (ms)",
         "restitution",
     ]
+
+
+def test_the_slow_ball_rebounds_as_the_rule_says_and_less_the_faster_it_is():
+    plate, slow = make_force_plate(), load_ball("penn_titanium_slow")
+    drop = plate.run(7.058, slow).restitution
+    assert drop == pytest.approx(0.745, abs=1e-4)
+    found = [plate.run(speed, slow).restitution for speed in (7.058, 10.0, 14.0, 18.0)]
+    assert np.all(np.diff(found) < -0.02)
+    assert found[-1] == pytest.approx(plate.run(18.0).restitution, abs=1e-6)

@@ -14,8 +14,10 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_racket import InputError, add_impact, add_supported_racket, load_racket
 from drake_racket.rigs.static_stiffness import (
     mean_difference,
+    place_deflection,
     static_deflection,
     stiffness_dataset,
+    stiffness_map,
 )
 from tests.conftest import BEDS, springs
 from tests.oracles.clamped_impact import spring_energy, spring_forces
@@ -146,3 +148,45 @@ def test_bad_input_is_refused(point, force):
 def test_forces_of_a_curve_are_above_zero():
     with pytest.raises(InputError, match="forces"):
         stiffness_dataset(forces=[0.0, 100.0])
+
+
+def test_the_bed_pressed_anywhere_is_that_of_the_points_at_the_points():
+    racket = load_racket("tour")
+    grid = racket.string_bed.spacing.value * racket.bed_topology().places
+    for point, (x, y) in enumerate(grid, 1):
+        there = -static_deflection(racket, point, 800.0)[point - 1]
+        assert place_deflection(racket, x, y, 800.0) == pytest.approx(there, rel=1e-12)
+
+
+def test_the_bed_pressed_anywhere_has_no_jumps_and_is_stiffer_between_points():
+    racket = load_racket("tour")
+    for x, y in ((0.0685, 0.03), (0.02, 0.0685), (0.0, 0.0)):  # lines of the grid
+        sides = [place_deflection(racket, x + s, y + s, 800.0) for s in (-1e-9, 1e-9)]
+        assert abs(sides[0] - sides[1]) < 1e-6 * sides[0]
+    between, at = (place_deflection(racket, x, 0.0, 800.0) for x in (0.03425, 0.0))
+    assert between < 0.8 * at  # two masses share the force there
+    assert place_deflection(racket, 0.1639, 0.0, 800.0) < 1e-4  # at the rim
+
+
+def test_a_map_of_stiffness():
+    found = stiffness_map(load_racket("tour"), force=400.0, step=0.04)
+    middle = float(found["secant_stiffness"].sel(x=0.0, y=0.0))
+    expected = 400.0 / -static_deflection(load_racket("tour"), 5, 400.0)[4]
+    assert middle == pytest.approx(expected, rel=1e-12)
+    assert np.isnan(found["deflection"].to_numpy()[0, 0])  # outside the rim
+    values = found["deflection"]
+    np.testing.assert_allclose(values, values[:, ::-1], rtol=1e-9)  # left as right
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda r: place_deflection(r, 0.2, 0.0, 1.0), r"place: got \(0.2, 0.0\); allowed: within"),
+        (lambda r: place_deflection(r, 0.0, 0.0, -1.0), "force: got -1"),
+        (lambda r: stiffness_map(r, force=0.0), "force: got 0"),
+        (lambda r: stiffness_map(r, step=0.5), "step: got 0.5"),
+    ],
+)
+def test_bad_places_in_one_line(call, said):
+    with pytest.raises(InputError, match=said):
+        call(load_racket("tour"))

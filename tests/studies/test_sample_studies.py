@@ -234,3 +234,24 @@ def test_strings_or_frame(quick):
     assert float(dataset["handle_ringing"].sel(point=5)[1]) == pytest.approx(
         handle_ringing(result.history), rel=2e-3
     )
+
+
+def test_spin_and_angle_has_single_impacts_and_a_figure(quick):
+    out, _ = quick("spin_and_angle")
+    assert (out / "spin_and_angle.png").stat().st_size > 10_000
+    maps = xarray.open_dataset(out / "maps" / "results.nc")
+    one = maps.sel(support="free", friction=0.6, spin_rpm=-3000.0, incidence_deg=35.0)
+    scenario = Scenario(
+        contact="surface",
+        incidence_deg=35.0,
+        spin_rpm=-3000.0,
+        approach_time=1e-4,
+        after=0.008,
+        audit=False,
+        overrides={"racket.friction.coefficients.mu1": 0.6},
+    )
+    result = simulate(scenario, engine="compiled", history=False)
+    assert float(one["rebound_speed"]) == np.linalg.norm(result.rebound_velocity)
+    assert float(one["rebound_angle_y"]) == result.rebound_angles[1]
+    spin = float(one["spin_after_rpm"]) * math.pi / 30.0
+    assert spin == pytest.approx(-result.spin_after[0], rel=1e-12)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drake_racket.cli.case_options import in_unit
-from drake_racket.cli.identify import bench, distribution, impacts
+from drake_racket.cli.identify import bench, distribution, impacts, spin
 from drake_racket.cli.identify.options import (
     Ball,
     Begin,
@@ -43,7 +43,7 @@ app = typer.Typer(
     help="Fits parameters of racket and ball to measurements (CSV) and writes a parameter file.",
     no_args_is_help=True,
 )
-for command in (bench.ball, bench.frame, distribution.distribution, impacts.impacts):
+for command in (bench.ball, bench.frame, distribution.distribution, impacts.impacts, spin.spin):
     app.command()(command)
 
 

@@ -23,6 +23,7 @@ from drake_racket.engines.compiled.integrate import FINISHED, FULL
 from drake_racket.engines.compiled.kernel import run_case
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.laws.phases import RELEASE, SIZE, TOUCH
+from drake_racket.laws.surface import SURFACE_SIZE
 from drake_racket.limbs.limits import JointLimits
 from drake_racket.parameters.scenario import IntegratorSettings, check_integrator
 from drake_racket.plant.compose import Impact
@@ -39,7 +40,8 @@ class ComposedRun:
     Attributes:
         time: (n,) s.
         state: (n, nq + nv) of the plant.
-        records: (n, contacts, 15) what each contact has latched; see `laws.phases`.
+        records: (n, contacts, 15) what each contact has latched, see `laws.phases`; (n, contacts,
+            30) with a contact surface, see `laws.surface`.
         steps, evaluations: of the integrator.
 
     """
@@ -108,8 +110,11 @@ class CompiledDiagram:
             raise InputError("end", end, f"after the time of the Context, {begin:g} s")
         context = self.plant.GetMyMutableContextFromRoot(root)
         model = extract(self.plant, root, self._wiring(root))
-        state = self.plant.GetPositionsAndVelocities(context)
-        scale = self._scale(context, velocity_of_each_position(model))
+        bodies = self.plant.num_multibody_states()
+        state = np.concatenate(
+            [self.plant.GetPositionsAndVelocities(context), *self._elements(root).values()]
+        )
+        scale = self._scale(context, root, velocity_of_each_position(model))
         room = 1024
         while True:
             y, records = state.copy(), self._records(root, begin)
@@ -133,12 +138,17 @@ class CompiledDiagram:
             raise SimulationError(f"stopped at t = {begin + samples[count - 1, 0]:.6g} s")
         kept[:count, :, [TOUCH, RELEASE]] += begin
         root.SetTime(end)
-        self.plant.SetPositionsAndVelocities(context, y)
+        self.plant.SetPositionsAndVelocities(context, y[:bodies])
+        place = bodies
         for contact, record in zip(self._contacts(), kept[count - 1], strict=True):
-            contact.GetMyMutableContextFromRoot(root).SetDiscreteState(record)
+            own = contact.GetMyMutableContextFromRoot(root)
+            own.SetDiscreteState(record[: own.get_discrete_state_vector().size()])
+            if own.num_continuous_states():
+                own.SetContinuousState(y[place : place + contact.ELEMENT])
+                place += contact.ELEMENT
         return ComposedRun(
             begin + samples[:count, 0],
-            samples[:count, 1:].copy(),
+            samples[:count, 1 : 1 + bodies].copy(),
             kept[:count].copy(),
             steps,
             evaluations,
@@ -149,11 +159,22 @@ class CompiledDiagram:
 
     def _records(self, root: Context, begin: float) -> Array:
         """What the contacts have latched, with times from the start of the run."""
-        records = np.zeros((len(self._contacts()), SIZE))
+        size = SURFACE_SIZE if self._elements(root) else SIZE
+        records = np.zeros((len(self._contacts()), size))
         for row, contact in zip(records, self._contacts(), strict=True):
-            row[:] = contact.GetMyContextFromRoot(root).get_discrete_state_vector().CopyToVector()
+            own = contact.GetMyContextFromRoot(root).get_discrete_state_vector().CopyToVector()
+            row[: len(own)] = own
         records[:, [TOUCH, RELEASE]] -= begin
         return records
+
+    def _elements(self, root: Context) -> dict[int, Array]:
+        """The elements of the contacts that have one, by the contact's number."""
+        contexts = [c.GetMyContextFromRoot(root) for c in self._contacts()]
+        return {
+            i: own.get_continuous_state_vector().CopyToVector()
+            for i, own in enumerate(contexts)
+            if own.num_continuous_states()
+        }
 
     def _wiring(self, root: Context) -> Wiring:
         return Wiring(self.impacts, self._limits, self._constant_forces(root))
@@ -174,7 +195,7 @@ class CompiledDiagram:
                     forces[joint.velocity_start()] += value[actuator.input_start()]
         return forces
 
-    def _scale(self, context: Context, v_of_q: NDArray[np.int64]) -> Array:
+    def _scale(self, context: Context, root: Context, v_of_q: NDArray[np.int64]) -> Array:
         """Weights of errors, as of `engine`: by the energy of the fastest ball."""
         energy = 0.0
         for impact in self.impacts:
@@ -184,8 +205,14 @@ class CompiledDiagram:
                 energy = max(energy, float(body.get_mass(context) * (speed @ speed)))
         mass = np.diag(self.plant.CalcMassMatrix(context))
         own = self.plant.CalcKineticEnergy(context)
-        v = np.sqrt(mass / max(energy, 1e-3 * float(own), 1e-6))
-        return np.concatenate([_RATE * np.max(v[v_of_q], axis=1), v])
+        twice = max(energy, 1e-3 * float(own), 1e-6)
+        v = np.sqrt(mass / twice)
+        elements = []
+        for i in self._elements(root):
+            contact = self._contacts()[i]
+            surface = contact.GetMyContextFromRoot(root).get_numeric_parameter(contact.SURFACE)
+            elements.append(np.full(contact.ELEMENT, np.sqrt(surface[2] / twice)))
+        return np.concatenate([_RATE * np.max(v[v_of_q], axis=1), v, *elements])
 
 
 def _force_ports(plant: MultibodyPlant) -> list[InputPort]:

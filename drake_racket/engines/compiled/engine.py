@@ -21,6 +21,7 @@ from drake_racket.engines.drake.mechanism import Parts, mechanism_of
 from drake_racket.engines.trajectory import Motion, Trajectory
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.laws.phases import RELEASE, SIZE, TOUCH
+from drake_racket.laws.surface import SURFACE_SIZE
 from drake_racket.laws.totals import IMPULSE, TOTALS
 
 Array = NDArray[np.float64]
@@ -62,7 +63,7 @@ class Start:
 
     Attributes:
         root: Context with the case's parameters and initial state.
-        floats: numbers of the model.  y: [q; v; totals].  scale: weights of errors.
+        floats: numbers of the model.  y: [q; v; elements; totals].  scale: weights of errors.
         tables: of `layout.open_model`.
 
     """
@@ -107,11 +108,10 @@ class CompiledImpact:
         totals = 0 if system.meter is None else TOTALS
         if system.limb is not None and system.limb.energy is not None:
             totals += 3
-        y, tables = (
-            np.concatenate([state, np.zeros(totals)]),
-            at.open_model(self.model.ints, floats),
-        )
-        return Start(root, floats, y, self._scale(root, totals), tables)
+        rest = np.zeros(self.model.ints[at.ELEMENTS] + totals)
+        tables = at.open_model(self.model.ints, floats)
+        y, scale = np.concatenate([state, rest]), self._scale(root, totals)
+        return Start(root, floats, y, scale, tables)
 
     def _scale(self, root: Context, totals: int) -> Array:
         """Weights that make errors shares of the square root of the ball's energy of approach."""
@@ -128,7 +128,12 @@ class CompiledImpact:
         lost = np.full(totals, _SHARE_OF_TOTALS * 2.0 / twice)
         if totals:
             lost[IMPULSE] = 0.0  # as exact as the momentum, whatever the step
-        return np.concatenate([_RATE * np.max(v[self._v_of_q], axis=1), v, lost])
+        element = np.array([])
+        contact = self.system.impact.contact
+        if contact is not None and self.model.ints[at.ELEMENTS]:
+            surface = contact.GetMyContextFromRoot(root).get_numeric_parameter(contact.SURFACE)
+            element = np.full(contact.ELEMENT, np.sqrt(surface[2] / twice))
+        return np.concatenate([_RATE * np.max(v[self._v_of_q], axis=1), v, element, lost])
 
     def run(self, case: Case, *, every_sample: bool = True) -> Trajectory:
         """Runs one case; see `engines.drake.engine.run_drake`."""
@@ -177,10 +182,12 @@ class CompiledImpact:
         system, ints = self.system, self.model.ints
         samples, records = kept.values, kept.records
         states = samples[:, 1:]
-        first = ints[at.POSITIONS] + ints[at.VELOCITIES]
-        plant = np.ascontiguousarray(states[:, :first])
+        bodies = ints[at.POSITIONS] + ints[at.VELOCITIES]
+        first = bodies + ints[at.ELEMENTS]
+        plant = np.ascontiguousarray(states[:, :bodies])
+        moving = np.ascontiguousarray(states[:, :first])
         contact = np.zeros((len(samples), 9))
-        see_contact(start.tables, plant, records, contact)
+        see_contact(start.tables, moving, records, contact)
         parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
         if states.shape[1] > first:
             totals = states[:, first:]
@@ -194,10 +201,11 @@ class CompiledImpact:
             record=records[:, 0],
             contact=contact,
             totals=totals,
-            motion=self._motion(start, plant[chosen], records[chosen], chosen),
+            motion=self._motion(start, moving[chosen], records[chosen], chosen),
             steps=kept.steps,
             evaluations=kept.evaluations,
             engine="compiled",
+            element=states[:, bodies:first],
         )
 
     def _motion(
@@ -267,7 +275,8 @@ def more_room(room: int, time: float) -> int:
 
 def blank_records(ints: NDArray[np.int64]) -> Array:
     """Gives the records of contacts before a run."""
-    records = np.zeros((ints[at.CONTACTS], SIZE))
+    size = SURFACE_SIZE if ints[at.ELEMENTS] else SIZE
+    records = np.zeros((ints[at.CONTACTS], size))
     records[:, [TOUCH, RELEASE]] = np.nan
     return records
 

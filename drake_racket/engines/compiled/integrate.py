@@ -46,7 +46,7 @@ FIRST_STEP, AFTER_EVENT = 1e-5, 2e-5
 def stiff_contact(records: Any) -> int:
     """The contact whose friction is taken implicitly: the first one in contact; -1 for none.
 
-    The reading by displacement is not stiff, and is taken explicitly.
+    The reading by displacement and contact surface are not stiff, and are taken explicitly.
     """
     for i in range(len(records)):
         if records[i, PHASE] == CONTACT and records[i, BY_DISPLACEMENT] < 0.5:
@@ -171,16 +171,17 @@ def _error(part: float, stiff: int, records: Any, scale: Any, s: Any, nq: int) -
 
 @compilable
 def first_event(records: Any, gaps: Any, known: int) -> int:
-    """The contact whose watched number passes zero first in a step, by straight lines; -1: none.
+    """The event whose watched number passes zero first in a step, by straight lines; -1: none.
 
-    Contact `known` is left out.
+    Those of the contacts come first, then the turns between gripping and sliding. Event `known` is
+    left out.
     """
     event, earliest = -1, 2.0
-    for i in range(len(records)):
+    for i in range(gaps.shape[1]):
         if i == known:
             continue
         before, after = gaps[0, i], gaps[1, i]
-        passed = records[i, PHASE] == PASSED
+        passed = i < len(records) and records[i, PHASE] == PASSED
         happens = before < 0.0 <= after if passed else before > 0.0 >= after
         if happens and before / (before - after) < earliest:
             event, earliest = i, before / (before - after)
@@ -203,13 +204,14 @@ def integrate(
     """Integrates one case to its end; y and records are those of the end then.
 
     Args:
-        y: [q; v; totals] at the start.  records: (contacts, 15) of `laws.phases` at the start.
+        y: [q; v; elements; totals] at the start.  records: (contacts, 15) of `laws.phases` at the
+            start; (contacts, 30) of `laws.surface` with a contact of that law.
         end: s.  accuracy: of a step, in units of 1 / scale.  longest: step (s); the length of all
             steps where they are not controlled.
         scale: (len(y),) weights of errors.
         samples: (n, 1 + len(y)) time and state are written here, at the start and after each step;
             of no rows: nothing is kept.
-        sampled: (n, contacts, 15) the records at these times.
+        sampled: (n, contacts, ...) the records at these times.
 
     Returns:
         number of samples, steps, evaluations, and how it ended.
@@ -218,11 +220,11 @@ def integrate(
     nq, size, contacts = model[at.HEAD][at.POSITIONS], len(y), len(records)
     s = new_work(model, size)
     origin, w, leaves, tau, k = s[0], s[1], s[2], s[3], s[4]
-    new, gaps, slopes = np.empty(size), np.zeros((2, contacts)), np.zeros((2, contacts))
+    new, gaps, slopes = np.empty(size), np.ones((2, 2 * contacts)), np.zeros((2, contacts))
     time, count, steps, evaluations = 0.0, 0, 0, 0
     move(model, y, nq, origin, w, leaves)
     for i in range(contacts):
-        update(model, i, time, records, w, leaves)
+        update(model, i, time, y, records, w, leaves)
     keep = len(samples) > 0
     h = min(longest, FIRST_STEP) if controlled else longest
     fresh, slid = False, 0.0
@@ -246,7 +248,8 @@ def integrate(
         if stiff >= 0:
             split_friction(model, stiff, records, s, nq, slid)
         for i in range(contacts):
-            gaps[0, i], slopes[0, i] = watched(model, i, records, w, leaves)
+            gap, slope, turn = watched(model, i, y, records, w, leaves)
+            gaps[0, i], slopes[0, i], gaps[0, contacts + i] = gap, slope, turn
         event, searching, side, factor = -1, False, 0, 1.0
         low, high, at_low, at_high, tries = 0.0, 0.0, 0.0, 0.0, 0
         last = time + h >= end - 1e-15
@@ -255,7 +258,8 @@ def integrate(
             take(model, y, part, records, stiff, s, new)
             evaluations += 5 if stiff >= 0 else 6
             for i in range(contacts):
-                gaps[1, i], slopes[1, i] = watched(model, i, records, w, leaves)
+                gap, slope, turn = watched(model, i, new, records, w, leaves)
+                gaps[1, i], slopes[1, i], gaps[1, contacts + i] = gap, slope, turn
             if searching:  # regula falsi (Illinois) between low and high
                 value = gaps[1, event]
                 tries += 1
@@ -316,10 +320,15 @@ def integrate(
             y[i] = new[i]
         fresh = stiff < 0 and event < 0
         slid = part if stiff >= 0 and event < 0 else 0.0
+        if event < 0:
+            for i in range(contacts):
+                # a turn between gripping and sliding that no sign told, within a step
+                if gaps[1, contacts + i] < 0.0 and update(model, i, time, y, records, w, leaves):
+                    fresh = False
         if fresh:
             for i in range(size):
                 k[0, i] = k[6, i]
         if event >= 0:
-            pass_event(model, event, time, records, w, leaves)
-            if controlled:
+            pass_event(model, event, time, y, records, w, leaves)
+            if controlled and event < contacts:
                 h = min(h, AFTER_EVENT)

@@ -12,6 +12,7 @@ from typing import Any
 
 from drake_racket.engines.compiled import integrate, steps
 from drake_racket.engines.compiled.dynamics import (
+    bed,
     events,
     forces,
     friction,
@@ -20,13 +21,16 @@ from drake_racket.engines.compiled.dynamics import (
     observe,
     rates,
     solve,
+    surface,
 )
-from drake_racket.laws import contact, limits, phases, strings, totals
+from drake_racket.laws import contact, limits, phases, places, strings, totals
+from drake_racket.laws import surface as surface_law
 from drake_racket.laws.compilation import compiled, sources_stamp
 
 SOURCES = (
     integrate,
     steps,
+    bed,
     events,
     forces,
     friction,
@@ -35,6 +39,9 @@ SOURCES = (
     observe,
     rates,
     solve,
+    surface,
+    surface_law,
+    places,
     contact,
     limits,
     phases,

@@ -78,7 +78,7 @@ def run_drake(
         steps = simulator.get_num_steps_taken()
         evaluations = simulator.get_integrator().get_num_derivative_evaluations()
         states, moving = recorder.rows()
-    times, contact, plant, record, totals = observer.states(states)
+    times, contact, plant, record, element, totals = observer.states(states)
     if not np.isfinite(plant).all():
         raise SimulationError(f"stopped at t = {times[-1]:.6g} s: {_why(case, None)}")
     samples = list(moving)
@@ -92,6 +92,7 @@ def run_drake(
         motion=observer.motion(samples, list(moving.values()), plant[samples]),
         steps=steps,
         evaluations=evaluations,
+        element=element,
     )
 
 

@@ -83,6 +83,7 @@ def mechanism_of(
         racket=tuple(int(body.index()) for body in racket.bodies()),
         handle=int(racket.handle.index()),
         ball=int(ball.body.index()),
+        ball_position=ball.body.floating_positions_start() + 4,
         ball_velocity=plant.num_positions() + ball.body.floating_velocities_start_in_v() + 3,
         frame=_frame_joints(impact, context),
         strings=_strings(impact, root),

@@ -78,25 +78,29 @@ class Observer:
         plant = self._plant.GetPositionsAndVelocities(self._context)
         meters = [m.get_continuous_state_vector().CopyToVector() for m in self._meters]
         time = [self._root.get_time()]
-        return np.concatenate([time, contact, plant, record, self._no_totals, *meters])
+        element = self._contact.get_continuous_state_vector().CopyToVector()
+        return np.concatenate([time, contact, plant, record, element, self._no_totals, *meters])
 
-    def states(self, rows: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Gives time, contact, state, record and totals of rows (n, k) or of one row (k,)."""
+    def states(self, rows: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """Gives time, contact, state, record, element and totals of rows (n, k) or of one (k,)."""
         sizes = [
             1,
             len(_APART) + 1,
             self._plant.num_multibody_states(),
             self._contact.get_discrete_state_vector().size(),
+            self._contact.num_continuous_states(),
         ]
-        time, contact, plant, record, totals = np.split(rows, np.cumsum(sizes), axis=-1)
-        return time[..., 0], contact, plant, record, totals
+        time, contact, plant, record, element, totals = np.split(rows, np.cumsum(sizes), axis=-1)
+        return time[..., 0], contact, plant, record, element, totals
 
     def set_state(self, row: Array) -> None:
         """Writes a row of `state` back, so that any output can be evaluated there."""
-        time, _, plant, record, totals = self.states(row)
+        time, _, plant, record, element, totals = self.states(row)
         self._root.SetTime(float(time))
         self._plant.SetPositionsAndVelocities(self._context, plant)
         self._contact.SetDiscreteState(record)
+        if len(element):
+            self._contact.SetContinuousState(element)
         for meter in reversed(self._meters):
             size = meter.num_continuous_states()
             totals, own = totals[:-size], totals[-size:]

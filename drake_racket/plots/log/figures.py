@@ -11,6 +11,7 @@ from drake_racket.io.errors import InputError
 from drake_racket.plots.log.contact_force import contact_force_figure
 from drake_racket.plots.log.energy import energy_figure
 from drake_racket.plots.log.loads import loads_figure
+from drake_racket.plots.log.spin import spin_figure
 from drake_racket.plots.log.string_map import string_map_figure
 from drake_racket.plots.log.vibration import vibration_figure
 from drake_racket.results.log_checks import check_history
@@ -80,10 +81,17 @@ def _no_loads(history: xarray.Dataset) -> str:
     return "no hand holds the racket, or it is welded to it, in this log"
 
 
+def _no_spin(history: xarray.Dataset) -> str:
+    if "ball_spin" not in history:
+        return "the ball of this log is a point without spin (contact paper)"
+    return _no_contact(history)
+
+
 LOG_FIGURES = (
     LogFigure("contact_force", contact_force_figure, _no_contact),
     LogFigure("string_map", string_map_figure, _no_strings),
     LogFigure("energy", energy_figure, _no_energy),
     LogFigure("vibration", vibration_figure, _no_acceleration),
+    LogFigure("spin", spin_figure, _no_spin),
     LogFigure("loads", loads_figure, _no_loads),
 )

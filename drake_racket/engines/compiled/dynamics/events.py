@@ -9,6 +9,12 @@ from typing import Any
 
 from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.dynamics.forces import relative
+from drake_racket.engines.compiled.dynamics.surface import (
+    is_surface,
+    surface_event,
+    surface_update,
+    surface_watched,
+)
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, FREE, PASSED, contact_law
 from drake_racket.laws.phases import (
@@ -59,18 +65,28 @@ def _touch(model: Any, i: int, point: int, p: Any, v: Any, time: float, record: 
 
 
 @compilable
-def watched(model: Any, i: int, records: Any, w: Any, leaves: Any) -> Any:
-    """What is zero at the next event of contact i: raw normal force in contact, else the gap."""
+def watched(model: Any, i: int, y: Any, records: Any, w: Any, leaves: Any) -> Any:
+    """What is zero at the next event of contact i: raw normal force in contact, else the gap.
+
+    Returns:
+        that number; its rate where it is a gap; and what is zero where contact surface turns from
+        gripping to sliding or back (1 where nothing can).
+
+    """
+    if is_surface(model, i):
+        return surface_watched(model, i, y, records[i], w, leaves)
     if records[i, PHASE] == CONTACT:
         _, p, v = look(model, i, records, w, leaves, False)
-        return contact_law(p, v, records[i, CONSTANTS])[3], 0.0
+        return contact_law(p, v, records[i, CONSTANTS])[3], 0.0, 1.0
     _, p, v = look(model, i, records, w, leaves, True)
-    return p[2], v[2]
+    return p[2], v[2], 1.0
 
 
 @compilable
-def update(model: Any, i: int, time: float, records: Any, w: Any, leaves: Any) -> bool:
+def update(model: Any, i: int, time: float, y: Any, records: Any, w: Any, leaves: Any) -> bool:
     """Takes contact i to the phase that the present state asks for; tells whether it changed."""
+    if is_surface(model, i):
+        return bool(surface_update(model, i, time, y, records[i], w, leaves))
     record = records[i]
     phase = record[PHASE]
     if phase == CONTACT:
@@ -91,8 +107,20 @@ def update(model: Any, i: int, time: float, records: Any, w: Any, leaves: Any) -
 
 
 @compilable
-def pass_event(model: Any, i: int, time: float, records: Any, w: Any, leaves: Any) -> None:
-    """Takes contact i through the event that was located, whatever the last digit says."""
+def pass_event(
+    model: Any, event: int, time: float, y: Any, records: Any, w: Any, leaves: Any
+) -> None:
+    """Takes a contact through the event that was located, whatever the last digit says.
+
+    Args:
+        event: number of the contact; from the number of contacts on, the turns between gripping
+            and sliding of contact surface, likewise.
+
+    """
+    i, turning = event % len(records), event >= len(records)
+    if is_surface(model, i):
+        surface_event(model, i, turning, time, y, records[i], w, leaves)
+        return
     record = records[i]
     point, p, v = look(model, i, records, w, leaves, record[PHASE] != CONTACT)
     if record[PHASE] == CONTACT:

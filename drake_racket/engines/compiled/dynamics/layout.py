@@ -79,14 +79,15 @@ R_NA, P_NA, R_NC, P_NC, TORQUE_K, TORQUE_D, FORCE_K, FORCE_D = 0, 9, 12, 21, 24,
 BUSHING_FLOATS = 36
 
 # ---- contacts
-LEAF_0, POINTS, BALL, MIDDLE, GRID_0 = range(5)
-CONTACT_INTS = 5
+LEAF_0, POINTS, BALL, MIDDLE, GRID_0, ELEMENT = range(6)
+CONTACT_INTS = 6
 """First leaf and number of points of the bed; the ball's node; the point nearest the centre
-(from 1); where its points begin in the table of points."""
-BALL_LAW, SCALES, CHOICES, RIM, R_HS, P_BALL = 0, 6, 8, 11, 13, 22
-CONTACT_FLOATS = 25
+(from 1); where its points begin in the table of points; where the element of contact surface begins
+in the state y, -1 for the paper's contact, which has none."""
+BALL_LAW, SCALES, CHOICES, RIM, R_HS, P_BALL, SURFACE = 0, 6, 8, 11, 13, 22, 25
+CONTACT_FLOATS = 29
 """Parameters of the BallContact; rim (2); axes of the strings in the head's node (9); the ball's
-centre in its node (3)."""
+centre in its node (3); R, chi, kt and ct of contact surface (4)."""
 POINT_FLOATS = 3
 """Place x, y of a point in the head's axes, and mu."""
 
@@ -101,10 +102,11 @@ RIM_INTS, FOLD_INTS = 3, 5
 """Spring; places in q and in v of one joint of the frame, or of two. The float is a number of B
 (m/rad) or of F (m^2)."""
 
-HEADER = 15
+HEADER = 16
 """Integers before the tables: numbers of nodes, leaves, bushings, springs, contacts, points,
 limits, frame losses, limb losses, positions, velocities; the bushings of the grip and of the hand's
-wrist, or -1; numbers of the rim's arms and folds."""
+wrist, or -1; numbers of the rim's arms and folds; and of the numbers of
+elements, which stand in the state y behind q and v."""
 (
     NODES,
     LEAVES,
@@ -121,6 +123,7 @@ wrist, or -1; numbers of the rim's arms and folds."""
     WRIST_BUSHING,
     RIMS,
     FOLDS,
+    ELEMENTS,
 ) = range(HEADER)
 
 GLOBALS = 4

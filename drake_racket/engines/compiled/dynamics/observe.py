@@ -13,6 +13,7 @@ from drake_racket.engines.compiled.dynamics.layout import ACC, FORCE, POS, VEL
 from drake_racket.engines.compiled.dynamics.motion import back, cross
 from drake_racket.engines.compiled.dynamics.rates import move, rates
 from drake_racket.engines.compiled.dynamics.solve import inertia_times
+from drake_racket.engines.compiled.dynamics.surface import is_surface, see_surface
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, contact_law
 from drake_racket.laws.phases import CONSTANTS, PHASE
@@ -73,7 +74,7 @@ def observe_motion(
     """Writes the motion at m states.
 
     Args:
-        states: (m, size) [q; v, ...].  records: (m, contacts, 15).
+        states: (m, size) [q; v; elements, ...].  records: (m, contacts, 15).
         nodes: (m, n, NODE_ROW).  leaves_out: (m, leaves, 6) place and velocity in the world.
         loads: (m, 6) on the hand, from the grip's bushing; 0 without one.
 
@@ -81,7 +82,8 @@ def observe_motion(
     origin, tau = np.zeros(3), np.zeros(model[at.HEAD][at.VELOCITIES])
     w = np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK))
     leaves = np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK))
-    y = np.zeros(model[at.HEAD][at.POSITIONS] + model[at.HEAD][at.VELOCITIES])
+    size = model[at.HEAD][at.POSITIONS] + model[at.HEAD][at.VELOCITIES]
+    y = np.zeros(size + model[at.HEAD][at.ELEMENTS])
     f = np.zeros(len(y))
     grip = model[at.HEAD][at.GRIP_BUSHING]
     for m in range(len(states)):
@@ -100,12 +102,16 @@ def observe_motion(
 
 @compilable
 def observe_contact(model: Any, states: Any, records: Any, out: Any) -> None:
-    """Writes what the BallContact's output `contact_state` has, for the first contact, (m, 9)."""
+    """Writes what the contact's output `contact_state` has, for the first contact, (m, 9)."""
     origin = np.zeros(3)
     w = np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK))
     leaves = np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK))
     for m in range(len(states)):
         move(model, states[m], model[at.HEAD][at.POSITIONS], origin, w, leaves)
+        if is_surface(model, 0):
+            out[m, 0] = records[m, 0, PHASE]
+            see_surface(model, states[m], records[m, 0], w, leaves, out[m])
+            continue
         touching = records[m, 0, PHASE] == CONTACT
         point, p, v = look(model, 0, records[m], w, leaves, not touching)
         fx, fy, normal = 0.0, 0.0, 0.0

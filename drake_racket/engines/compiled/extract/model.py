@@ -26,6 +26,8 @@ from pydrake.systems.framework import Context
 from drake_racket.engines.compiled.extract.numbers import read_numbers
 from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.io.errors import InputError
+from drake_racket.laws.phases import nearest_point
+from drake_racket.laws.surface import SurfaceModel
 
 Array = NDArray[np.float64]
 _Rows = list[tuple[int, ...]]
@@ -100,7 +102,7 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         ],
     ]
     leaf_of = {int(leaf.joint.index()): row for row, leaf in enumerate(tree.leaves)}
-    ends, contacts, points, springs_before = [], [], 0, 0
+    ends, contacts, points, springs_before, elements = [], [], 0, 0, 0
     rims: _Rows = []
     folds: _Rows = []
     for impact in wiring.impacts:
@@ -111,9 +113,13 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         own = impact.string_bed.model.topology.ends
         ends.append(np.where(own >= 0, masses[own], -1))
         if impact.contact is not None:
-            middle = impact.contact._middle
+            middle = nearest_point(impact.contact.model.grid, 0.0, 0.0)
             ball, _ = tree.place[int(impact.ball.body.index())]
-            contacts.append((masses[0], len(masses), ball, middle, points))
+            element = -1
+            if isinstance(impact.contact.model, SurfaceModel):
+                element = plant.num_multibody_states() + elements
+                elements += impact.contact.ELEMENT
+            contacts.append((masses[0], len(masses), ball, middle, points, element))
             points += len(masses)
     limits = [
         (q, v - plant.num_positions())
@@ -146,6 +152,7 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         *hand,
         len(rims),
         len(folds),
+        elements,
     ]
     flat = [np.asarray(part, dtype=np.int64).ravel() for part in (header, *ints)]
     return Model(np.concatenate(flat), read_numbers(tree, root, wiring, bushings, springs), tree)

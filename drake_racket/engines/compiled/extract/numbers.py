@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context
 
 from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.extract.tree import Tree
+from drake_racket.laws.surface import SurfaceModel
 
 Array = NDArray[np.float64]
 
@@ -160,7 +161,13 @@ def _bushing(tree: Tree, bushing: Any, context: Context) -> list[float]:
 
 def _contact(tree: Tree, impact: Any, root: Context) -> list[float]:
     context = impact.contact.GetMyContextFromRoot(root)
-    ball, scales, choices = (context.get_numeric_parameter(i).CopyToVector() for i in (0, 2, 3))
+    ball = context.get_numeric_parameter(0).CopyToVector()
+    third = context.get_numeric_parameter(2).CopyToVector()
+    if isinstance(impact.contact.model, SurfaceModel):
+        scales, choices, surface = np.zeros(2), np.zeros(3), third
+    else:
+        scales, choices = third, context.get_numeric_parameter(3).CopyToVector()
+        surface = np.zeros(4)
     first = next(
         leaf
         for leaf in tree.leaves
@@ -176,4 +183,5 @@ def _contact(tree: Tree, impact: Any, root: Context) -> list[float]:
         *impact.contact.model.rim,
         *X_NS.rotation().matrix().ravel(),
         *X_NQ.translation(),
+        *surface,
     ]

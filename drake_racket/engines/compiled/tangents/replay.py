@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 
 from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.events import watched as watched_only
+from drake_racket.engines.compiled.dynamics.rates import move as move_only
 from drake_racket.engines.compiled.integrate import new_work, stiff_contact
 from drake_racket.engines.compiled.steps import DP_ERROR
 from drake_racket.engines.compiled.tangents.lanes import LANES, load, store, zero
@@ -33,6 +35,11 @@ from drake_racket.engines.compiled.tangents.twins import (
     watched,
 )
 from drake_racket.laws.compilation import compilable
+from drake_racket.laws.contact import CONTACT
+from drake_racket.laws.phases import PHASE
+
+LOCATED = 1e-6
+"""Share of what it was before the step, below which a number is zero at its end."""
 
 
 @compilable
@@ -61,12 +68,14 @@ def _new_lanes(s: Any) -> Any:
 
 @compilable
 def changed_contact(before: Any, after: Any) -> int:
-    """The contact whose record an event has changed; -1: none."""
+    """The event that has changed a record, as `events.pass_event` numbers them; -1: none."""
     for i in range(len(before)):
         for j in range(before.shape[1]):
             a, b = before[i, j], after[i, j]
             if a != b and not (np.isnan(a) and np.isnan(b)):
-                return i
+                # the phase stays where a contact surface turns between gripping and sliding
+                same = before[i, PHASE] == CONTACT and after[i, PHASE] == CONTACT
+                return i + len(before) if same else i
     return -1
 
 
@@ -82,11 +91,17 @@ def _by_length(
 
 
 @compilable
+def _number(found: Any, turning: bool) -> Any:
+    """Of what `watched` gives: the number that is zero at an event."""
+    return found[2] if turning else found[0]
+
+
+@compilable
 def _pass(
     model: Any,
     d_model: Any,
     still: Any,
-    i: int,
+    event: int,
     time: float,
     y: Any,
     d_y: Any,
@@ -97,27 +112,39 @@ def _pass(
     d_s: Any,
     d_time: Any,
 ) -> None:
-    """Takes state, records and time, and their lanes, through an event of contact i.
+    """Takes state, records and time, and their lanes, through an event.
 
     Args:
+        event: as of `events.pass_event`.
         d_y: of the end of the step, at a held length.  longer: by its length, in lane 0.
 
     """
     nq = model[at.HEAD][at.POSITIONS]
+    i, turning = event % len(records), event >= len(records)
     held = np.zeros((len(records), records.shape[1], LANES))
     move(model, still, y, longer, nq, s[0], d_s[0], s[1], d_s[1], s[2], d_s[2])
-    d_rate = watched(model, still, i, records, held, s[1], d_s[1], s[2], d_s[2])[1][0]
+    found = watched(model, still, i, y, longer, records, held, s[1], d_s[1], s[2], d_s[2])
     rate = np.zeros((1, LANES))
-    store(rate, d_rate, 0)
+    store(rate, _number(found[1], turning), 0)
     move(model, d_model, y, d_y, nq, s[0], d_s[0], s[1], d_s[1], s[2], d_s[2])
-    d_g = watched(model, d_model, i, records, d_records, s[1], d_s[1], s[2], d_s[2])[1][0]
-    dh = d_g * (-1.0 / rate[0, 0])
+    found = watched(model, d_model, i, y, d_y, records, d_records, s[1], d_s[1], s[2], d_s[2])
+    dh = _number(found[1], turning) * (-1.0 / rate[0, 0])
     for k in range(len(y)):
         store(d_y, load(d_y, k) + dh * longer[k, 0], k)
     dt = load(d_time, 0) + dh
     store(d_time, dt, 0)
     move(model, d_model, y, d_y, nq, s[0], d_s[0], s[1], d_s[1], s[2], d_s[2])
-    pass_event(model, d_model, i, time, dt, records, d_records, s[1], d_s[1], s[2], d_s[2])
+    pass_event(
+        model, d_model, event, time, dt, y, d_y, records, d_records, s[1], d_s[1], s[2], d_s[2]
+    )
+
+
+@compilable
+def _turn_of(model: Any, i: int, y: Any, records: Any, s: Any) -> float:
+    """The number that is zero where contact i turns from gripping to sliding or back."""
+    move_only(model, y, model[at.HEAD][at.POSITIONS], s[0], s[1], s[2])
+    turn: float = watched_only(model, i, y, records, s[1], s[2])[2]
+    return turn
 
 
 @compilable
@@ -162,7 +189,9 @@ def replay(
     d_time, longer = np.zeros((1, LANES)), np.zeros((size, LANES))
     move(model, d_model, y, d_y, nq, s[0], d_s[0], s[1], d_s[1], s[2], d_s[2])
     for i in range(len(records)):
-        update(model, d_model, i, 0.0, records, d_records, s[1], d_s[1], s[2], d_s[2])
+        update(
+            model, d_model, i, 0.0, zero(), y, d_y, records, d_records, s[1], d_s[1], s[2], d_s[2]
+        )
     slid, last = 0.0, len(samples) - 1
     sizes, worst = np.zeros(LANES), 0.0
     for n in range(last + 1):
@@ -186,13 +215,26 @@ def replay(
         if stiff < 0:
             worst = max(worst, _share_of_error(part, d_s[4], d_new, scale, sizes))
         event = changed_contact(sampled[n], sampled[n + 1])
+        unseen = False
+        if event >= len(records):
+            # a turn between gripping and sliding: located, or found at the end of a step
+            i = event - len(records)
+            before = _turn_of(model, i, y, records, s)
+            after = _turn_of(model, i, new, records, s)
+            unseen = not abs(after) <= LOCATED * abs(before)
         slid = part if stiff >= 0 and event < 0 else 0.0
         if event >= 0 or n + 1 == last:
             _by_length(model, still, y, part, records, stiff, s, longer)
         for k in range(size):
             y[k] = samples[n + 1, 1 + k]
             store(d_y, load(d_new, k), k)
-        if event >= 0:
+        if unseen:
+            move(model, d_model, y, d_y, nq, s[0], d_s[0], s[1], d_s[1], s[2], d_s[2])
+            update(
+                model, d_model, event - len(records), samples[n + 1, 0], load(d_time, 0), y, d_y,
+                records, d_records, s[1], d_s[1], s[2], d_s[2],
+            )  # fmt: skip
+        elif event >= 0:
             _pass(
                 model, d_model, still, event, samples[n + 1, 0], y, d_y, longer, records,
                 d_records, s, d_s, d_time,
