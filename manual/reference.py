@@ -91,8 +91,9 @@ The shipped ball is `penn_titanium`. `--ball FILE` or the key `ball` takes anoth
 
 ## Grip
 
-The shipped grips are `loose`, `normal` and `tight`; all three are inferred. Lists have three
-numbers: about or along x, y and z of [the hand](../your_arm.md#the-hand-frame).
+The shipped grips are `loose`, `normal` and `tight`, all three inferred, and `hand_light`,
+`hand_medium` and `hand_tight`, whose [hand has mass](../frame_and_hand.md) and is fitted. Lists
+have three numbers: about or along x, y and z of [the hand](../your_arm.md#the-hand-frame).
 
 {schema_sections(GripStiffness)}
 """

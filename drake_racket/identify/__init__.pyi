@@ -14,12 +14,12 @@ from .core.problem import Parameter as Parameter
 from .core.problem import check_count as check_count
 from .core.search import Search as Search
 from .core.search import determined as determined
-from .frame.distribution import MEASURED as MEASURED
 from .frame.distribution import DistributionFit as DistributionFit
 from .frame.distribution import fit_distribution as fit_distribution
-from .frame.distribution import predictions as predictions
 from .frame.fit import fit_frame as fit_frame
 from .frame.fit import hammer_record as hammer_record
+from .frame.whole_racket import MEASURED as MEASURED
+from .frame.whole_racket import predictions as predictions
 from .impacts.fit import ImpactsFit as ImpactsFit
 from .impacts.fit import fit_impacts as fit_impacts
 from .impacts.table import MeasuredImpacts as MeasuredImpacts

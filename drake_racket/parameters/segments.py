@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.io.errors import InputError
+from drake_racket.laws.densities import hoop_density, mixed, smooth_density
 from drake_racket.laws.flexure import (
     PartMass,
     Slice,
@@ -21,10 +22,7 @@ from drake_racket.laws.flexure import (
     cut,
     ellipse_width,
     free_frequencies,
-    hoop_density,
     joint_stiffness,
-    mixed,
-    smooth_density,
 )
 from drake_racket.parameters.frame import (
     BENDING_AXES,

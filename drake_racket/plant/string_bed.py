@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.laws.bed import rest_lengths, spring_formula
+from drake_racket.parameters.frame import FrameJoint
 from drake_racket.parameters.racket import RacketParameters
 from drake_racket.parameters.segments import segment_at
 from drake_racket.plant.racket import Racket
@@ -45,9 +46,9 @@ class RimBending:
     Seen from the head's plane, a place of the rim at x, y beyond a joint at x_j rises by
     -(x - x_j) q of a joint about y and by y q of one about x, and comes nearer by half of
     (x - x_j) q^2 along x and of |y| q^2 along y; before the joint the angles count reversed. Angles
-    are small: rises are linear in them and approaches quadratic, which keeps energy and momentum
-    exact. What joints about z do to the springs is left out, as strings act across their plane
-    alone. Of two segments the whole rim is the head's, as in Glynn et al. 2011.
+    are small: rises are linear in them and approaches quadratic (`_nearer`), which keeps energy and
+    momentum exact. What joints about z do to the springs is left out: strings act across their
+    plane alone. Of two segments the whole rim is the head's, as in Glynn et al. 2011.
 
     Attributes:
         arms: (m, j) rate of a spring's height dz per joint angle (m/rad).
@@ -85,12 +86,38 @@ def rim_bending(parameters: RacketParameters) -> RimBending:
             rise = -(x - joints[i].place) if joints[i].axis == "y" else y
             arms[row, i] = -rise if end > head else rise
         for i, j in itertools.product(own, own):
-            axis = "y" if along[0] else "x"  # joints that bring it nearer along its spring
-            if joints[i].axis == joints[j].axis == axis:
-                arm = [abs(x - joints[k].place) if along[0] else abs(y) for k in (i, j)]
-                folds[row, i, j] = lengths[row] * min(arm)
+            nearer = _nearer(joints[i], joints[j], (x, y), along, outward=end > head)
+            folds[row, i, j] = lengths[row] * nearer
     used = np.flatnonzero(np.any(arms != 0.0, axis=0))
     return RimBending(arms[:, used], folds[:, used][:, :, used], used.tolist())
+
+
+def _nearer(
+    one: FrameJoint,
+    other: FrameJoint,
+    place: tuple[float, float],
+    along: NDArray[np.float64],
+    *,
+    outward: bool,
+) -> float:
+    """The second derivative (m) by two joint angles of how much nearer a place of the rim comes.
+
+    Along a spring's direction. Turns about y bring it nearer along x by its distance from them,
+    turns about x along y; and a turn about one axis acts on the height that turns about the other
+    have given, those that are farther from the head first. Of one joint outward x comes before y.
+    """
+    x, y = place
+    if one.axis == other.axis:
+        if one.axis != ("y" if along[0] else "x"):
+            return 0.0
+        arms = (abs(x - one.place), abs(x - other.place)) if along[0] else (abs(y),)
+        return min(arms)
+    about_x, about_y = (one, other) if one.axis == "x" else (other, one)
+    farther = (about_x.inner - about_y.inner) * (1 if outward else -1)
+    x_first = farther > 0 or (farther == 0 and outward)
+    if along[0]:
+        return float(-along[0] * y) if x_first else 0.0
+    return 0.0 if x_first else float(-along[1] * (x - about_y.place))
 
 
 def string_coordinates(racket: Racket) -> StringCoordinates:

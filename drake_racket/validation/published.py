@@ -12,8 +12,6 @@ from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file
 
 TOLERANCE_KINDS = ("relative", "absolute")
-OWN = ("input", "fit", "closed form")
-"""What of the model's own a row compares it with: such rows could hardly fail."""
 
 OWN = ("input", "fit", "closed form")
 """What of the model's own a row compares it with: such rows could hardly fail."""

@@ -53,6 +53,18 @@ def test_predictions_are_those_of_the_plant():
     assert model["clamped_frequency"] == pytest.approx(first, rel=1e-6)
 
 
+def test_a_broader_head_twists_as_its_square():
+    """Its breadth leaves mass, balance and swingweight alone."""
+    start = _Start(load_racket())
+    plain, broad = (predictions(start.racket_at(np.eye(len(UNKNOWN))[4] * x)) for x in (0.0, 1.0))
+    head = load_racket().head
+    yy = 0.5 * (head.moi_longitudinal.value + head.moi_frontal.value - head.moi_transverse.value)
+    more = (np.exp(2.0 * UNKNOWN["head_breadth"][1]) - 1.0) * yy
+    assert broad["twistweight"] - plain["twistweight"] == pytest.approx(more, rel=1e-9)
+    for name in ("mass", "balance", "swingweight", "second_frequency"):
+        assert broad[name] == pytest.approx(plain[name], rel=1e-9)
+
+
 def test_a_hidden_frame_comes_back(hidden, everything):
     """Within two standard deviations, and the model meets every measurement."""
     start = _Start(load_racket())
@@ -77,6 +89,7 @@ def test_what_decides_what(everything):
     assert everything.families["A"] > 50.0  # neither family alone meets all
 
 
+@pytest.mark.slow
 def test_a_shops_numbers_leave_the_distribution_open(hidden):
     shop = fit_distribution(load_racket(), {name: hidden[1][name] for name in SHOP})
     assert {"density", "taper_in_plane", "taper_out_of_plane"} <= set(shop.open())
@@ -90,6 +103,7 @@ def test_a_shops_numbers_leave_the_distribution_open(hidden):
     assert more.families["A"] > 10.0
 
 
+@pytest.mark.slow
 def test_a_wide_measurement_says_less(hidden):
     values = {name: hidden[1][name] for name in SHOP}
     wide = fit_distribution(load_racket(), values | {"second_frequency": (420.0, 100.0)})

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from drake_racket import load_racket
-from drake_racket.laws import flexure
+from drake_racket.laws import densities, flexure
 from tests.oracles import fine_beam
 from tests.oracles.two_body import free_free_frequency
 
@@ -36,7 +36,7 @@ def test_slices_of_a_smooth_density_have_all_of_it(com, spread, cuts):
     second = min(second, 0.9 * com * (1.0 - com))
     if second < 0.02:
         return  # nearly a point: no density of two numbers fits it to rounding
-    density = flexure.smooth_density(MASS, LENGTH, com * LENGTH, second * MASS * LENGTH**2)
+    density = densities.smooth_density(MASS, LENGTH, com * LENGTH, second * MASS * LENGTH**2)
     places = [0.0, *sorted(LENGTH * c for c in cuts), LENGTH]
     mass, centre, moment = sums(density, places)
     assert mass == pytest.approx(MASS, rel=1e-12)
@@ -47,7 +47,7 @@ def test_slices_of_a_smooth_density_have_all_of_it(com, spread, cuts):
 def test_the_smooth_density_is_the_maximum_entropy_one():
     """Against a root search on adaptive integrals."""
     other = fine_beam.smooth(MASS, LENGTH, COM, SECOND)
-    density = flexure.smooth_density(MASS, LENGTH, COM, SECOND)
+    density = densities.smooth_density(MASS, LENGTH, COM, SECOND)
     for a, b in ((0.0, 0.05), (0.1, 0.2), (0.3, LENGTH)):
         assert np.sum(density(a, b)[1]) == pytest.approx(quad(other, a, b)[0], rel=1e-9)
 
@@ -55,7 +55,7 @@ def test_the_smooth_density_is_the_maximum_entropy_one():
 def test_the_hoop_is_the_ellipses_arc():
     ellipse = 0.155, 0.164, 0.123
     x, m = fine_beam.hoop(0.1605, 0.33, 0.15032, *ellipse)
-    density = flexure.hoop_density(0.1605, 0.33, 0.15032, ellipse)
+    density = densities.hoop_density(0.1605, 0.33, 0.15032, ellipse)
     for a, b in ((0.0, 0.1), (0.1, 0.2), (0.25, 0.33)):
         expected = np.sum(m[(x > a) & (x < b)])
         assert np.sum(density(a, b)[1]) == pytest.approx(expected, rel=1e-4)
@@ -66,19 +66,19 @@ def test_the_hoop_is_the_ellipses_arc():
 
 def test_an_exponential_handle():
     other = fine_beam.exponential(MASS, LENGTH, COM)
-    density = flexure.smooth_density(MASS, LENGTH, COM, None)
+    density = densities.smooth_density(MASS, LENGTH, COM, None)
     for a, b in ((0.0, 0.05), (0.3, LENGTH)):
         assert np.sum(density(a, b)[1]) == pytest.approx(quad(other, a, b)[0], rel=1e-9)
 
 
 def test_the_mixture_is_in_between():
-    one = flexure.smooth_density(MASS, LENGTH, COM, SECOND)
-    two = flexure.smooth_density(MASS, LENGTH, COM, None)
-    both = flexure.mixed(one, two, 0.3)
+    one = densities.smooth_density(MASS, LENGTH, COM, SECOND)
+    two = densities.smooth_density(MASS, LENGTH, COM, None)
+    both = densities.mixed(one, two, 0.3)
     for a, b in ((0.0, 0.1), (0.2, LENGTH)):
         expected = 0.7 * np.sum(one(a, b)[1]) + 0.3 * np.sum(two(a, b)[1])
         assert np.sum(both(a, b)[1]) == pytest.approx(expected, rel=1e-13)
-    assert flexure.mixed(one, two, 0.0) is one
+    assert densities.mixed(one, two, 0.0) is one
 
 
 def test_boundaries():
@@ -137,7 +137,14 @@ def test_two_slices_have_the_closed_forms_frequency(name, plane):
 
 def test_a_cut_without_mass_is_refused():
     part = flexure.PartMass(
-        0.0, 0.3, flexure.hoop_density(0.1, 0.3, 0.15, (0.15, 0.1, 0.1)), 0.15, 0.0, 0.0, 1e-4, 1e-5
+        0.0,
+        0.3,
+        densities.hoop_density(0.1, 0.3, 0.15, (0.15, 0.1, 0.1)),
+        0.15,
+        0.0,
+        0.0,
+        1e-4,
+        1e-5,
     )
     with pytest.raises(ValueError, match=r"no mass between 0 and 0\.04 m"):
         flexure.cut([part], [0.0, 0.04, 0.3])

@@ -59,11 +59,15 @@ def test_hold_holds_with_the_damper_in_place():
 @pytest.mark.parametrize("engine", [pytest.param("drake", marks=pytest.mark.slow), "compiled"])
 def test_energy_with_active_muscles(engine):
     scenario = active(
-        1.0, engine=engine, after=0.01, point="6", integrator=IntegratorSettings(accuracy=1e-7)
+        1.0,
+        engine=engine,
+        after=0.01 if engine == "compiled" else 0.002,
+        point="6",
+        integrator=IntegratorSettings(accuracy=1e-7),
     )
     result = simulate(scenario, history=False)
     assert result.energy_error < 1e-6
-    assert result.balance.lost_limb > 0.01
+    assert result.balance.lost_limb > 1e-4
 
 
 def test_the_engines_agree():

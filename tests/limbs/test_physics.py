@@ -27,6 +27,7 @@ from drake_racket.parameters.limb_settings import LimbSettings
 from drake_racket.plant.grip import add_grip
 from drake_racket.plant.systems.grip_load import set_grip_load_parameters
 
+GRIP_OF = {"hand": "hand_medium"}  # the kinds that the default grip is not for
 GUESS = {"shoulder_flexion": 50.0, "shoulder_abduction": 30.0, "elbow_flexion": 20.0}
 POSTURE = Stroke(
     position=[0.45, 0.55, 1.0],
@@ -206,6 +207,7 @@ def limited(kind: str, **changes) -> dr.Scenario:
         STROKE,
         limb=limb,
         grip_kind=kind,
+        grip=GRIP_OF.get(kind, "normal"),
         point=3,
         incidence_deg=20.0,
         approach_time=2e-4,
@@ -323,7 +325,13 @@ SWAPPED = [2, 1, 0, 5, 4, 3, 8, 7, 6]  # string-bed points of the mirror image, 
 def test_left_limb_is_the_mirror_image(kind):
     """Equal joint values on the left: ball, strings, hand load are mirrored about y = 0."""
     right = dataclasses.replace(
-        STROKE, grip_kind=kind, point=1, after=0.005, audit=False, integrator=TIGHT
+        STROKE,
+        grip_kind=kind,
+        grip=GRIP_OF.get(kind, "normal"),
+        point=1,
+        after=0.005,
+        audit=False,
+        integrator=TIGHT,
     )
     limb = dataclasses.replace(
         right.limb,
@@ -395,11 +403,17 @@ def test_left_limb_is_the_mirror_image(kind):
 
 @pytest.mark.parametrize("kind", GRIP_KINDS)
 def test_hold_and_zero_at_the_start(kind):
-    system = dr.make_impact_diagram(dataclasses.replace(STROKE, grip_kind=kind))
+    system = dr.make_impact_diagram(
+        dataclasses.replace(STROKE, grip_kind=kind, grip=GRIP_OF.get(kind, "normal"))
+    )
     limb = system.limb.limb
     for choice in ("zero", "hold"):
         settings = dataclasses.replace(STROKE.limb, joint_torques=choice)
-        root = system.create_context(dataclasses.replace(STROKE, grip_kind=kind, limb=settings))
+        root = system.create_context(
+            dataclasses.replace(
+                STROKE, grip_kind=kind, grip=GRIP_OF.get(kind, "normal"), limb=settings
+            )
+        )
         torques = system.diagram.GetOutputPort("joint_torques").Eval(root)
         context = system.plant.GetMyContextFromRoot(root)
         vdot = system.plant.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()

@@ -208,7 +208,7 @@ def _slopes(beam, shapes, bed, s):
 
 
 def impact(
-    beam, stiffness, loss, bed, ball, point, speed, *, held=(), hand=None, modes=16, end=0.012
+    beam, stiffness, loss, bed, ball, point, speed, *, held=(), hand=None, modes=12, end=0.012
 ):
     """A ball on a mass of the bed, normal to it, from first touch.
 

@@ -26,7 +26,8 @@ def distribution(
     """Calibrates a frame of several segments from a whole racket's numbers."""
     import dataclasses
 
-    from drake_racket.identify.frame.distribution import MEASURED, fit_distribution
+    from drake_racket.identify.frame.distribution import fit_distribution
+    from drake_racket.identify.frame.whole_racket import MEASURED
     from drake_racket.identify.report.distribution import write_distribution_fit
     from drake_racket.io.files import check_directory
     from drake_racket.io.units import measure
