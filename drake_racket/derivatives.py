@@ -29,7 +29,7 @@ from drake_racket.results.outputs import OUTPUTS, Output, read_outputs
 
 if TYPE_CHECKING:
     from drake_racket.engines.compiled.engine import CompiledImpact, Samples, Start
-    from drake_racket.engines.compiled.tangents.path import Tangents
+    from drake_racket.engines.compiled.tangents.path import Directions, Tangents
 
 Array = NDArray[np.float64]
 
@@ -247,14 +247,9 @@ def _path(
 ) -> tuple[Samples, Tangents]:
     """The run and its tangents, with steps that are short enough for both."""
     from drake_racket.engines.compiled.engine import blank_records
-    from drake_racket.engines.compiled.tangents.path import Directions, tangents_of
+    from drake_racket.engines.compiled.tangents.path import tangents_of
 
-    pairs = list(zip(variations, starts, strict=True))
-    directions = Directions(
-        np.array([_slope(v, [start.floats for start in own]) for v, own in pairs]),
-        np.array([_slope(v, [start.y for start in own]) for v, own in pairs]),
-        np.array([_slope(v, [_end(c) for c in v.cases]) for v in variations]),
-    )
+    directions = directions_of(variations, starts)
     ints, accuracy = model.model.ints, case.scenario.integrator.accuracy
     longest = case.scenario.integrator.maximum_step
     for _ in range(SHORTENINGS):
@@ -273,6 +268,18 @@ def _path(
         longest = min(longest, float(np.max(np.diff(kept.values[:, 0]))))
         longest *= max(0.1, 0.8 * (accuracy / tangents.error) ** 0.2)
     return kept, tangents
+
+
+def directions_of(variations: Sequence[Variation], starts: Sequence[Sequence[Start]]) -> Directions:
+    """Gives how the start of a run depends on parameters, from its starts beside them."""
+    from drake_racket.engines.compiled.tangents.path import Directions
+
+    pairs = list(zip(variations, starts, strict=True))
+    return Directions(
+        np.array([_slope(v, [start.floats for start in own]) for v, own in pairs]),
+        np.array([_slope(v, [start.y for start in own]) for v, own in pairs]),
+        np.array([_slope(v, [_end(c) for c in v.cases]) for v in variations]),
+    )
 
 
 def _end(case: Case) -> Array:

@@ -64,6 +64,7 @@ class Start:
     Attributes:
         root: Context with the case's parameters and initial state.
         floats: numbers of the model.  y: [q; v; elements; totals].  scale: weights of errors.
+        tables: of `layout.open_model`.
 
     """
 
@@ -71,6 +72,7 @@ class Start:
     floats: Array
     y: Array
     scale: Array
+    tables: tuple[Any, ...]
 
 
 class CompiledImpact:
@@ -107,7 +109,8 @@ class CompiledImpact:
         if system.limb is not None and system.limb.energy is not None:
             totals += 3
         rest = np.zeros(self.model.ints[at.ELEMENTS] + totals)
-        return Start(root, floats, np.concatenate([state, rest]), self._scale(root, totals))
+        y, tables = np.concatenate([state, rest]), at.open_model(self.model.ints, floats)
+        return Start(root, floats, y, self._scale(root, totals), tables)
 
     def _scale(self, root: Context, totals: int) -> Array:
         """Weights that make errors shares of the square root of the ball's energy of approach."""
@@ -153,7 +156,7 @@ class CompiledImpact:
             y, records = start.y.copy(), blank_records(ints)
             samples, sampled = np.empty((room, 1 + size)), np.empty((room, *records.shape))
             count, steps, evaluations, how = run_case(
-                at.open_model(ints, start.floats),
+                start.tables,
                 y,
                 records,
                 end,
@@ -183,7 +186,7 @@ class CompiledImpact:
         plant = np.ascontiguousarray(states[:, :bodies])
         moving = np.ascontiguousarray(states[:, :first])
         contact = np.zeros((len(samples), 9))
-        see_contact(at.open_model(ints, start.floats), moving, records, contact)
+        see_contact(start.tables, moving, records, contact)
         parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
         if states.shape[1] > first:
             totals = states[:, first:]
@@ -212,7 +215,7 @@ class CompiledImpact:
         nodes = np.zeros((m, ints[at.NODES], NODE_ROW))
         leaves = np.zeros((m, ints[at.LEAVES], 6))
         loads = np.zeros((m, 6))
-        see_motion(at.open_model(ints, start.floats), states, records, nodes, leaves, loads)
+        see_motion(start.tables, states, records, nodes, leaves, loads)
         poses, velocities = self._places.bodies(nodes, leaves)
         sensed = int(system.impact.racket.frame("accelerometer").body().index())
         hand_load = joint_torque = joint_reaction = None

@@ -7,6 +7,7 @@ vector of floats is one case: a batch of cases shares the integers.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -195,7 +196,7 @@ def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
     for kind, counted, columns in TABLES:
         count = int(ints[counted])
         shape = (count, columns) if columns > 0 else (-columns, count) if columns else (count,)
-        end = place[kind] + int(np.prod(shape))
+        end = place[kind] + math.prod(shape)
         flat = (ints, floats)[kind]
         tables.append(flat[place[kind] : end].reshape(shape + flat.shape[1:]))
         place[kind] = end
