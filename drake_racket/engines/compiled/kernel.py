@@ -12,6 +12,7 @@ from typing import Any
 
 from drake_racket.engines.compiled import integrate, steps
 from drake_racket.engines.compiled.dynamics import (
+    bed,
     events,
     forces,
     friction,
@@ -29,6 +30,7 @@ from drake_racket.laws.compilation import compiled, sources_stamp
 SOURCES = (
     integrate,
     steps,
+    bed,
     events,
     forces,
     friction,

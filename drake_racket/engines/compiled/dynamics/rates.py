@@ -10,12 +10,12 @@ import math
 from typing import Any
 
 from drake_racket.engines.compiled.dynamics import layout as at
+from drake_racket.engines.compiled.dynamics.bed import bent_string_forces, lost_in_strings
 from drake_racket.engines.compiled.dynamics.forces import (
     bushing_forces,
     contact_force,
     joint_forces,
     limit_forces,
-    spring_state,
     string_forces,
 )
 from drake_racket.engines.compiled.dynamics.layout import VEL
@@ -26,7 +26,6 @@ from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, contact_powers
 from drake_racket.laws.limits import limit_losses
 from drake_racket.laws.phases import AT_BALL, CB, PHASE
-from drake_racket.laws.strings import spring_law
 from drake_racket.laws.totals import (
     COUPLE,
     GRIP,
@@ -109,20 +108,6 @@ def rates_of_positions(ints: Any, y: Any, nq: int, leaf_ints: Any, f: Any) -> No
 
 
 @compilable
-def _lost_in_strings(model: Any, y: Any, nq: int) -> Any:
-    """Sum of c (dL/dt)^2 (W)."""
-    ends, springs = model[at.SPRING_ENDS], model[at.SPRING_NUMBERS]
-    lost, arm, fold = 0.0, 0, 0
-    for s in range(ends.shape[1]):
-        dz, rate, sag, flow, arm, fold = spring_state(model, s, arm, fold, y, nq)
-        length2 = springs[2, s] - sag
-        slope, _ = spring_law(dz, rate, springs[0, s], springs[1, s], length2, springs[3, s])
-        stretching = slope * rate - flow / math.sqrt(dz * dz + length2)
-        lost += springs[3, s] * stretching * stretching
-    return lost
-
-
-@compilable
 def _limb_powers(model: Any, y: Any, nq: int, f: Any, first: int) -> None:
     """Powers of the limb's torques, lost in its joints, and at their limits."""
     limits, rows = model[at.LIMIT_PLACES], model[at.LIMIT_NUMBERS]
@@ -168,7 +153,18 @@ def rates(
     move(model, y, nq, origin, w, leaves)
     joint_forces(nodes, model[at.NODE_NUMBERS], y, nq, model[at.TORQUES], tau)
     limit_forces(model[at.LIMIT_PLACES], model[at.LIMIT_NUMBERS], y, nq, tau)
-    string_forces(model, y, nq, tau)
+    if len(model[at.RIM_ROWS]) or len(model[at.FOLD_ROWS]):
+        bent_string_forces(model, y, nq, tau)
+    else:
+        string_forces(
+            leaf_ints,
+            model[at.LEAF_NUMBERS],
+            model[at.SPRING_ENDS],
+            model[at.SPRING_NUMBERS],
+            y,
+            nq,
+            tau,
+        )
     taken = bushing_forces(
         model[at.BUSHING_ENDS],
         model[at.BUSHING_NUMBERS],
@@ -211,7 +207,7 @@ def rates(
             rate = y[nq + losses[i]]
             f[first + LOST_JOINT] += damping[i] * rate * rate
         if model[at.GLOBAL][3] > 0.5:
-            f[first + LOST_STRINGS] = _lost_in_strings(model, y, nq)
+            f[first + LOST_STRINGS] = lost_in_strings(model, y, nq)
         f[first + GRIP] = taken
         if len(y) > first + TOTALS:
             _limb_powers(model, y, nq, f, first + TOTALS)
