@@ -311,6 +311,10 @@ def _weights(given: Sequence[float] | None, count: int) -> Array:
     return np.asarray(weights / weights.sum())
 
 
+_GAIN = 10.0
+"""Of the tolerance: a restart that gains less has found the same place."""
+
+
 @dataclass(frozen=True)
 class Optimum:
     """An optimum is what an optimisation over impacts found.
@@ -347,15 +351,20 @@ def optimise_impacts(
     start: Array | None = None,
     iterations: int = 100,
     tolerance: float = 1e-7,
+    restarts: int = 5,
     progress: Report | None = None,
 ) -> Optimum:
     """Finds the best variables with scipy's SLSQP, from one start: a local optimum.
+
+    SLSQP builds up what it knows of curvature as it goes, and may stop short where that is wrong:
+    it is begun anew where it ended, until nothing is gained.
 
     Args:
         maximise, minimise: the number to be large or small; one of the two.
         at_most, at_least: number -> bound.
         start: (n,) between 0 and 1; the impacts' own if not given.
         iterations: at most.  tolerance: of the objective, as a share of its value at the start.
+        restarts: at most.
         progress: called at each iteration.
 
     Raises:
@@ -388,16 +397,26 @@ def optimise_impacts(
         if progress is not None:
             progress(Progress("optimising", told, iterations))
 
-    found = minimize(
-        scaled,
-        begin,
-        jac=True,
-        bounds=impacts.bounds,
-        constraints=[limit for _, limit in limits],
-        method="SLSQP",
-        callback=tell,
-        options={"maxiter": iterations, "ftol": tolerance},
-    )
+    def descend(u: Array) -> Any:
+        return minimize(
+            scaled,
+            u,
+            jac=True,
+            bounds=impacts.bounds,
+            constraints=[limit for _, limit in limits],
+            method="SLSQP",
+            callback=tell,
+            options={"maxiter": iterations, "ftol": tolerance},
+        )
+
+    found = descend(begin)
+    for _ in range(restarts):
+        if told >= iterations:
+            break
+        again = descend(np.clip(found.x, 0.0, 1.0))
+        gained, found = found.fun - again.fun, again
+        if abs(gained) <= _GAIN * tolerance:
+            break
     u = np.clip(found.x, 0.0, 1.0)
     return Optimum(
         variables=impacts.variables(u),
@@ -408,6 +427,6 @@ def optimise_impacts(
         broken=tuple(n for n, limit in limits if limit["fun"](u) < -1e-5),
         success=bool(found.success),
         message=str(found.message),
-        iterations=int(found.nit),
+        iterations=told,
         evaluations=impacts.evaluations - done,
     )

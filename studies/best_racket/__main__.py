@@ -158,7 +158,7 @@ def main() -> None:
     search = functools.partial(
         optimise_impacts,
         impacts,
-        iterations=4 if options.quick else 40,
+        iterations=4 if options.quick else 80,
         tolerance=1e-6,
         progress=report,
     )

@@ -152,31 +152,23 @@ def main() -> None:
     rows = row("published", base, published)
     for name, offsets in searches.items():
         impacts, largest, rates = setting(base, offsets, options.fastest)
-        search = functools.partial(
-            optimise_impacts,
+        found = optimise_impacts(
             impacts,
             maximise="rebound_speed",
             at_most={"rise": ELEVATION[1], **dict.fromkeys(rates, largest)},
             at_least={"rise": ELEVATION[0]},
-            iterations=2 if options.quick else 40,
+            iterations=2 if options.quick else 80,
             tolerance=1e-6,
             progress=report,
         )
-        found, begun = search(), impacts.values(impacts.start)
-        for _ in range(0 if options.quick else 4):  # anew from there, until nothing is gained
-            again = search(start=impacts.place(found.variables))
-            gain = again.values["rebound_speed"] - found.values["rebound_speed"]
-            found = again
-            if abs(gain) < 1e-3:
-                break
         rows += row(name, base, found.variables)
         shown = ", ".join(f"{k.split('.', 2)[2]} {v:.4g}" for k, v in found.variables.items())
         print(f"{name}: {shown}")
-        before, after = (v["rebound_speed"] for v in (begun, found.values))
+        before, after = (v["rebound_speed"] for v in (found.start, found.values))
         print(
             f"  ball {before:.2f} -> {after:.2f} m/s, rise {found.values['rise']:.1f} degrees;"
             f" held by {', '.join((*found.active, *found.at_bound)) or 'nothing'};"
-            f" {impacts.evaluations} evaluations; {found.message}"
+            f" {found.evaluations} evaluations; {found.message}"
         )
         if found.broken:
             print(f"  out of reach: {', '.join(found.broken)}")
