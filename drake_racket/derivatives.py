@@ -49,6 +49,7 @@ class Derivatives:
 
     Attributes:
         outputs: names of the numbers (m).  keys: names of the parameters (n).
+        units: of the parameters (n).
         values: (m,) the numbers, in the units of `results.outputs`.
         table: (m, n) derivatives, per unit of each parameter; NaN where there is no number.
         error: largest error of a step as a share of the derivative, out of contact.
@@ -57,6 +58,7 @@ class Derivatives:
 
     outputs: tuple[str, ...]
     keys: tuple[str, ...]
+    units: tuple[str, ...]
     values: Array
     table: Array
     error: float
@@ -187,6 +189,7 @@ def run_with_derivatives(
     found = Derivatives(
         names,
         tuple(parameter.name for parameter in parameters),
+        tuple(parameter.unit for parameter in parameters),
         np.array(read_outputs(result, chosen)),
         table,
         tangents.error,

@@ -17,6 +17,7 @@ from drake_racket.io.files import check_directory, directory_error
 
 if TYPE_CHECKING:
     from drake_racket.cases.case import Case
+    from drake_racket.derivatives import Derivatives
     from drake_racket.results.impact import ImpactResult
 
 
@@ -74,6 +75,12 @@ def impact(
     engine: Annotated[
         str | None, typer.Option(help="drake (which one impact runs on), or compiled.")
     ] = None,
+    derivatives: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--derivatives", metavar="KEY", help="Also derivatives by this key (again and again)."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Directory for the history (NetCDF, CSV) and the plot.")
     ] = None,
@@ -113,7 +120,7 @@ def impact(
     suffixes = _history_formats(formats)
     if out is not None:
         check_directory(out, "--out")
-    result = _simulated(case)
+    result = _simulated(case, derivatives)
     with working("writing"):
         written = [] if out is None else _write(result, out, suffixes)
     if as_json:
@@ -122,11 +129,14 @@ def impact(
         _print_summary(result, written)
 
 
-def _simulated(case: Case) -> ImpactResult:
+def _simulated(case: Case, derivatives: list[str] | None) -> ImpactResult:
     """Runs the case; a slow or unstable one says so first, and then how far it is."""
     from drake_racket.cases.effort import effort, unstable
     from drake_racket.simulation import simulate
 
+    if derivatives is not None:
+        with working("simulating: the first derivatives of an installation compile for a minute"):
+            return simulate(case, derivatives=derivatives)
     slow = effort(case).slow()
     for text in (slow, unstable(case)):
         if text:
@@ -175,6 +185,37 @@ def _write(result: ImpactResult, out: Path, suffixes: list[str]) -> list[Path]:
     return paths
 
 
+_TOLD = (
+    "rebound_speed",
+    "restitution",
+    "rebound_angle",
+    "contact_time",
+    "peak_normal_force",
+    "peak_handle_acceleration",
+    "peak_hand_force",
+    "peak_hand_torque",
+)
+"""Numbers whose derivatives are printed; all are in the JSON."""
+
+
+def _derivatives_table(found: Derivatives) -> Any:
+    from rich.table import Table
+
+    from drake_racket.results.outputs import OUTPUTS
+
+    table = Table(box=None, pad_edge=False, header_style="bold", title_justify="left")
+    table.add_column("changes by")
+    for key, unit in zip(found.keys, found.units, strict=True):
+        table.add_column(f"{key} (per {unit})" if unit != "1" else key, justify="right")
+    for name in _TOLD:
+        if name in found.outputs:
+            units = OUTPUTS[name].units
+            cells = [f"{found.of(name, key):.4g}" for key in found.keys]
+            title = name.replace("_", " ")
+            table.add_row(title if units == "1" else f"{title} ({units})", *cells)
+    return table
+
+
 def _print_summary(result: ImpactResult, written: list[Path]) -> None:
     from rich.markup import escape
     from rich.table import Table
@@ -196,6 +237,8 @@ def _print_summary(result: ImpactResult, written: list[Path]) -> None:
     for name, value in summary_rows(result):
         table.add_row(name, value)
     console.print(table)
+    if result.derivatives is not None:
+        console.print(_derivatives_table(result.derivatives))
     parts: list[Any] = [racket, scenario.load_ball()]
     if scenario.support in ("grip", "limb") and scenario.grip_kind != "weld":
         parts.append(scenario.load_grip())
