@@ -23,7 +23,7 @@ FITS = (
     "studies/synthetic_laboratory",
 )
 """Use BLAS: sums of many numbers."""
-KERNELS = ("tests/engines", "tests/laws")
+KERNELS = ("tests/engines/test_clamped_kernel.py", "tests/engines/compiled", "tests/laws")
 """Use what NumPy and numba make of single laws."""
 
 

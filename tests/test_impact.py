@@ -63,9 +63,9 @@ def test_defaults_are_within_1e_4_of_the_converged_value(case):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("point", range(1, 10))
-def test_defaults_at_every_point_and_bed(bed, point):
-    # each point and each bed meet every support
+@pytest.mark.parametrize("point", [1, 2, 5, 6])
+def test_defaults_at_points_of_each_kind_and_every_bed(bed, point):
+    # corner, edges and centre; each bed meets every support
     _check_defaults(bed, SUPPORTS[(BEDS.index(bed) + point) % 3], point)
 
 
@@ -218,8 +218,11 @@ def test_a_discrete_plant_agrees(incidence):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("racket", "tension", "support"),
-    [(*bed, "free") for bed in BEDS]
-    + [("tour", "low", "clamped_head"), ("recreational", "high", "clamped_handle")],
+    [
+        ("tour", "high", "free"),
+        ("tour", "low", "clamped_head"),
+        ("recreational", "high", "clamped_handle"),
+    ],
 )
 def test_a_discrete_plant_agrees_everywhere(racket, tension, support):
     _check_discrete(racket, tension, support)

@@ -70,7 +70,7 @@ def test_deaths_cost_no_other_task_its_result(tmp_path):
     assert found == {n: n for n in (0, 1, 3, 4)}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_without_a_result_for_it_a_deadly_task_is_an_error(tmp_path):
     with pytest.raises(PoolError, match="task 1 cannot be done") as error:
         list(run_in_processes(dies, [(2, str(tmp_path))], 1))

@@ -182,8 +182,13 @@ def kill_and_go_on(arguments: list[str], out: Path, log: Path) -> None:
     assert evaluations(log.parent) > before
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["least-squares", "annealing"])
+@pytest.mark.parametrize(
+    "method",
+    [
+        pytest.param("least-squares", marks=pytest.mark.slow),
+        pytest.param("annealing", marks=pytest.mark.exhaustive),
+    ],
+)
 def test_killed_fit_ends_with_the_same_answer(method: str, measured: Path, tmp_path: Path) -> None:
     options = ["--free", "T0,k3,k4", "--start", "T0=300", "--method", method]
     if method == "annealing":

@@ -102,7 +102,7 @@ def test_equals_the_drake_rig():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("bed", BEDS, ids="_".join)
+@pytest.mark.parametrize("bed", BEDS[::3], ids="_".join)
 def test_equals_the_drake_rig_everywhere(bed):
     systems: dict = {}
     for n, point in enumerate((1, 2, 4, 5, 7, 8)):  # the others are mirror images

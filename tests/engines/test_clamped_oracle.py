@@ -42,11 +42,11 @@ def check(bed, point, speed, systems) -> None:
 
 @pytest.mark.parametrize("point", range(1, 10))
 def test_rebound_speed_equals_the_oracle(point, systems):
-    # the beds and speeds take turns; all of them are in the slow test
+    # the beds and speeds take turns; all of them are in the exhaustive test
     check(BEDS[point % 4], point, (18.0, 33.0)[point % 2], systems)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("speed", [18.0, 33.0])
 @pytest.mark.parametrize("point", range(1, 10))
 def test_rebound_speed_equals_the_oracle_everywhere(bed, point, speed, systems):

@@ -57,6 +57,7 @@ def test_without_noise_the_numbers_come_back():
         assert found.estimates[name].value == pytest.approx(true, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_at_the_papers_angles_friction_is_not_determined_and_the_fit_says_so():
     table = table_of([16.0, 17.0] * 3, spins=(0.0,))
     found = fit_surface(table, RACKET, BALL)

@@ -273,7 +273,8 @@ def test_momentum_is_the_impulse_of_the_shoulder_and_gravity(kind):
     X_WS = RigidTransform(RollPitchYaw(0.1, -0.2, 1.2), [0.0, 0.0, 1.4])
     limb = add_upper_limb(plant, X_PF=X_WS, grip_rotation=math.pi / 2.0)
     racket = dr.add_racket(plant, dr.load_racket("recreational"))
-    add_grip(plant, racket, limb.hand, load_grip("tight"), kind=kind)
+    grip = load_grip("hand_tight" if kind == "hand" else "tight")
+    add_grip(plant, racket, limb.hand, grip, kind=kind, carrier_is_hand=True)
     ball = dr.add_ball(plant, dr.load_ball())
     plant.Finalize()
     impact = dr.add_impact(builder, plant, racket, ball, point=4, connect=False)
@@ -293,7 +294,7 @@ def test_momentum_is_the_impulse_of_the_shoulder_and_gravity(kind):
     dr.configure_integrator(simulator, TIGHT)
     root = simulator.get_mutable_context()
     context = plant.GetMyMutableContextFromRoot(root)
-    held = racket.frame("grip") if kind == "compliant" else None
+    held = racket.frame("grip") if kind in ("compliant", "hand") else None
     state = solve_stroke(plant, limb, racket.frame("gsc"), AT_LIMITS, held_frame=held)
     apply_stroke(plant, context, limb, racket, state)
     torques.set(root, initial_torques("carry", plant, context, limb, racket))

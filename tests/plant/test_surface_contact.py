@@ -90,7 +90,7 @@ def exact():
     return system, values, np.array([v.derivatives() for v in found])
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", NAMES)
 def test_derivatives_equal_central_differences(exact, name):
     system, values, derivatives = exact
@@ -185,7 +185,7 @@ def start(plant, impacts, root):
         plant.SetFreeBodySpatialVelocity(context, impact.ball.body, velocity)
 
 
-@pytest.mark.parametrize("paper", [False, True])
+@pytest.mark.parametrize("paper", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_the_compiled_engine_runs_it_as_drake_does(paper):
     plant, impacts, diagram = composed(paper)
     compiled = dr.CompiledDiagram(diagram, plant, impacts)

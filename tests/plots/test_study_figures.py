@@ -31,8 +31,19 @@ STUDIES = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("study", STUDIES)
+RUN_ELSEWHERE = ("inertia_bench.py", "moving_racket.py", "head_clamped.py")
+"""Studies that other slow tests run, too: their figures are looked at with the exhaustive ones."""
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        pytest.param(
+            name, marks=pytest.mark.exhaustive if name in RUN_ELSEWHERE else pytest.mark.slow
+        )
+        for name in STUDIES
+    ],
+)
 def test_figures_of_a_study(study, tmp_path, monkeypatch, capsys):
     drawn = {}
 

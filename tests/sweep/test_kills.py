@@ -25,8 +25,6 @@ from drake_racket.sweep import SweepStopped, make_sweep, run_sweep
 from drake_racket.sweep.runner import _run_in_pool
 from drake_racket.sweep.worker import CaseOutcome, CaseSettings, CaseTask
 
-pytestmark = pytest.mark.slow
-
 BASE = Scenario(
     support="clamped_head", audit=False, approach_time=1e-4, after=0.002, engine="drake"
 )
@@ -84,6 +82,7 @@ def start(sweep, out: Path, workers: int):
     return process
 
 
+@pytest.mark.slow
 def test_main_process_killed_12_times(sweep, reference, tmp_path):
     chance = random.Random(1)
     kills, rounds = 0, 0
@@ -103,6 +102,7 @@ def test_main_process_killed_12_times(sweep, reference, tmp_path):
         assert run_sweep(sweep, tmp_path / str(done)).identical(reference[1])
 
 
+@pytest.mark.slow
 def test_main_process_of_two_workers_killed_twice(sweep, reference, tmp_path):
     chance = random.Random(2)
     for _ in range(2):
@@ -118,6 +118,7 @@ def test_main_process_of_two_workers_killed_twice(sweep, reference, tmp_path):
     assert run_sweep(sweep, tmp_path).identical(reference[1])
 
 
+@pytest.mark.exhaustive
 def test_workers_killed_three_times(sweep, reference, tmp_path):
     chance = random.Random(3)
     kills: list[int] = []
@@ -144,6 +145,7 @@ def test_workers_killed_three_times(sweep, reference, tmp_path):
     assert len(kills) == 3
 
 
+@pytest.mark.slow
 def test_dask_scheduler_killed_twice_and_a_worker_once(sweep, reference, tmp_path):
     distributed = pytest.importorskip("distributed")
     chance = random.Random(4)
@@ -184,6 +186,7 @@ def die_or_live(task: CaseTask) -> CaseOutcome:
     return CaseOutcome(task.case, [float(task.case)])
 
 
+@pytest.mark.slow
 def test_a_case_that_kills_its_process_becomes_a_failed_row(monkeypatch):
     monkeypatch.setattr("drake_racket.sweep.runner.run_case", die_or_live)
     settings = CaseSettings(find_outputs(["kb"], "outputs"), computation(), {})
