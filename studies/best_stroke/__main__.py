@@ -72,12 +72,22 @@ def elevation(result: ImpactResult) -> float:
 RISE = Output("rise", "degrees", "angle at which the ball leaves above the horizontal", elevation)
 
 
-def joint_rate(case: Case, *, system: ImpactDiagram, joint: int) -> float:
-    """Rate of one joint at the start, squared (rad^2/s^2): smooth, whatever its sign."""
-    context = system.plant.GetMyContextFromRoot(system.create_context(case))
-    limb = system.limb
-    assert limb is not None
-    return float(system.plant.GetVelocities(context)[limb.limb.velocity_indices()[joint]] ** 2)
+class JointRates:
+    """Squared rates (rad^2/s^2) of the joints at the start: smooth, whatever their signs."""
+
+    def __init__(self, system: ImpactDiagram) -> None:
+        self.system = system
+        self._last: tuple[Case, np.ndarray] | None = None
+
+    def read(self, case: Case, *, joint: int) -> float:
+        """That of one joint; those of a case are computed once."""
+        if self._last is None or self._last[0] is not case:
+            context = self.system.plant.GetMyContextFromRoot(self.system.create_context(case))
+            limb = self.system.limb
+            assert limb is not None
+            rates = self.system.plant.GetVelocities(context)[limb.limb.velocity_indices()]
+            self._last = case, rates**2
+        return float(self._last[1][joint])
 
 
 def setting(base: Scenario, offsets: list[tuple[float, float]], fastest: float | None):
@@ -85,8 +95,9 @@ def setting(base: Scenario, offsets: list[tuple[float, float]], fastest: float |
     system = make_impact_diagram(base)
     assert system.limb is not None
     names = [joint.name() for joint in system.limb.limb.joints]
+    joints = JointRates(system)
     rates = [
-        CaseNumber(f"rate {name}", functools.partial(joint_rate, system=system, joint=i))
+        CaseNumber(f"rate {name}", functools.partial(joints.read, joint=i))
         for i, name in enumerate(names)
     ]
     case = resolve(base)
