@@ -36,6 +36,9 @@ Array = NDArray[np.float64]
 STEP = 1e-5
 """Length of the short differences: a share of a value, absolute (degrees: 1e-4) where it is 0."""
 
+_SAME_SLOPE = 1e-3
+"""Share by which two differences of a start may disagree."""
+
 SHORTENINGS = 6
 """How often the steps of a run may be shortened for its derivatives."""
 
@@ -170,8 +173,10 @@ def run_with_derivatives(
     ]
     model = compiled_model(system)
     variations = [vary(case, parameter) for parameter in parameters]
-    start = model.start(case)
     starts = list(_starts(model, variations))
+    if case.scenario.support == "limb":
+        _check_starts(case, model, parameters, variations, starts)
+    start = model.start(case)
     kept, tangents = _path(case, model, start, variations, starts)
     table = np.empty((len(chosen), len(parameters)))
     for j, variation in enumerate(variations):
@@ -239,6 +244,32 @@ def _model_of(model: CompiledImpact, case: Case) -> tuple[Case, CompiledImpact]:
 def _starts(model: CompiledImpact, variations: Sequence[Variation]) -> Iterator[list[Start]]:
     for variation in variations:
         yield [_model_of(model, case)[1].start(case) for case in variation.cases]
+
+
+def _check_starts(
+    case: Case,
+    model: CompiledImpact,
+    parameters: Sequence[Parameter],
+    variations: Sequence[Variation],
+    starts: Sequence[Sequence[Start]],
+) -> None:
+    """Refuses parameters that move the limb's posture: a search finds it, and not to round-off.
+
+    The slope of the start must be the same with steps twice as long.
+    """
+    for parameter, variation, own in zip(parameters, variations, starts, strict=True):
+        wider = [
+            parameter.at(parameter.value + 2.0 * step) if step else case for step in variation.steps
+        ]
+        slope = _slope(variation, [start.y for start in own])
+        other = 0.5 * _slope(variation, [_model_of(model, c)[1].start(c).y for c in wider])
+        if np.max(np.abs(slope - other)) > _SAME_SLOPE * np.max(np.abs(slope)):
+            raise InputError(
+                f"derivatives: {parameter.name}",
+                parameter.value,
+                "keys that leave the limb's posture as it is (a search finds it, which is too"
+                " coarse to differentiate)",
+            )
 
 
 def _path(

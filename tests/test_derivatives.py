@@ -17,7 +17,7 @@ from drake_racket import (
     parameter_keys,
     simulate,
 )
-from drake_racket.cases.keys import find_key, number_of, with_values
+from drake_racket.cases.keys import find_key, number_of, with_settings, with_values
 from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.results.outputs import read_outputs
 
@@ -126,6 +126,14 @@ def test_a_stroke_against_differences():
         2e-5,
         left_out=("peak_", "spin"),
     )
+
+
+def test_a_key_that_moves_the_arms_posture_is_refused():
+    """The search for a posture stops near the best one: slopes of where it stops are noise."""
+    key = "limb.stroke.face_closed_deg"
+    base = with_settings(load_scenario("backhand"), [f"{key}=-1.57", "engine=compiled"])
+    with pytest.raises(InputError, match="limb's posture"):
+        simulate(dataclasses.replace(base, after=0.002), derivatives=[key], history=False)
 
 
 @pytest.mark.slow

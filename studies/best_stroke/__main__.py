@@ -2,8 +2,8 @@
 
     python -m studies.best_stroke --out best_stroke
 
-The backhand of the package is changed in the racket's speed, the path's and the face's angle and
-the racket's turning. Gradients find the stroke whose ball leaves fastest, upwards at 4 to 12
+The backhand of the package is changed in the racket's speed, the direction of its path and its
+turning; the posture stays. Gradients find the stroke whose ball leaves fastest, upwards at 4 to 12
 degrees, while no joint turns faster than the fastest one of the published stroke does: first for a
 ball that meets the centre, then on average over the centre and four places around it. Writes the
 strokes and what each does off centre (CSV), and a figure.
@@ -49,7 +49,7 @@ OFFSETS = {
 VARIABLES = {
     "limb.stroke.speed": (12.0, 22.0),
     "limb.stroke.velocity_elevation_deg": (0.0, 45.0),
-    "limb.stroke.face_closed_deg": (-10.0, 20.0),
+    "limb.stroke.velocity_azimuth_deg": (-25.0, 25.0),
     "limb.stroke.angular_velocity.z": (-30.0, 0.0),
 }
 ELEVATION = (4.0, 12.0)
@@ -135,7 +135,7 @@ def stroked(base: Scenario, changes: dict[str, float]) -> Scenario:
         stroke,
         speed=changes["limb.stroke.speed"],
         velocity_elevation_deg=changes["limb.stroke.velocity_elevation_deg"],
-        face_closed_deg=changes["limb.stroke.face_closed_deg"],
+        velocity_azimuth_deg=changes["limb.stroke.velocity_azimuth_deg"],
         angular_velocity=turning,
     )
     return dataclasses.replace(base, limb=dataclasses.replace(base.limb, stroke=stroke))
@@ -157,7 +157,7 @@ def main() -> None:
     published = {
         "limb.stroke.speed": stroke.speed,
         "limb.stroke.velocity_elevation_deg": stroke.velocity_elevation_deg,
-        "limb.stroke.face_closed_deg": stroke.face_closed_deg,
+        "limb.stroke.velocity_azimuth_deg": stroke.velocity_azimuth_deg,
         "limb.stroke.angular_velocity.z": float(stroke.angular_velocity[2] or 0.0),
     }
     rows = row("published", base, published)
