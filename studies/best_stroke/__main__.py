@@ -4,7 +4,7 @@
 
 The backhand of the package is changed in the racket's speed, the direction of its path and its
 turning; the posture stays. Gradients find the stroke whose ball leaves fastest, upwards at 4 to 12
-degrees, while no joint turns faster than the fastest one of the published stroke does: first for a
+degrees, while no joint turns faster than the fastest one of the shipped stroke does: first for a
 ball that meets the centre, then on average over the centre and four places around it. Writes the
 strokes and what each does off centre (CSV), and a figure.
 """
@@ -154,13 +154,13 @@ def main() -> None:
     if not options.quick:
         searches["for all five places"] = list(OFFSETS.values())
     stroke = base.limb.stroke
-    published = {
+    shipped = {
         "limb.stroke.speed": stroke.speed,
         "limb.stroke.velocity_elevation_deg": stroke.velocity_elevation_deg,
         "limb.stroke.velocity_azimuth_deg": stroke.velocity_azimuth_deg,
         "limb.stroke.angular_velocity.z": float(stroke.angular_velocity[2] or 0.0),
     }
-    rows = row("published", base, published)
+    rows = row("as shipped", base, shipped)
     for name, offsets in searches.items():
         impacts, largest, rates = setting(base, offsets, options.fastest)
         found = optimise_impacts(
