@@ -25,6 +25,13 @@ FITS = (
 """Use BLAS: sums of many numbers."""
 KERNELS = ("tests/engines/test_clamped_kernel.py", "tests/engines/compiled", "tests/laws")
 """Use what NumPy and numba make of single laws."""
+COMPILED = (
+    "tests/identify",
+    "tests/engines/test_clamped_kernel.py",
+    "tests/engines/compiled/test_trajectories.py",
+    "tests/laws",
+)
+"""Run machine code, which is compiled anew for a plain processor: some of each kind."""
 
 
 def processors(cache: Path) -> dict[str, dict[str, str]]:
@@ -64,6 +71,8 @@ def main() -> int:
         for name, variables in processors(Path(cache)).items():
             print(f"== {name}: {variables}", flush=True)
             tests = FITS if name.startswith("BLAS") else (*FITS, *KERNELS)
+            if name.startswith("numba"):
+                tests = COMPILED
             command = [sys.executable, "-m", "pytest", "-n", "auto", "-q", *tests]
             if subprocess.run(command, env=own | variables, check=False).returncode:
                 failed.append(name)

@@ -185,8 +185,8 @@ def kill_and_go_on(arguments: list[str], out: Path, log: Path) -> None:
 @pytest.mark.parametrize(
     "method",
     [
-        pytest.param("least-squares", marks=pytest.mark.slow),
-        pytest.param("annealing", marks=pytest.mark.exhaustive),
+        pytest.param("least-squares", marks=pytest.mark.exhaustive),
+        pytest.param("annealing", marks=pytest.mark.slow),
     ],
 )
 def test_killed_fit_ends_with_the_same_answer(method: str, measured: Path, tmp_path: Path) -> None:

@@ -145,7 +145,7 @@ def test_workers_killed_three_times(sweep, reference, tmp_path):
     assert len(kills) == 3
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_dask_scheduler_killed_twice_and_a_worker_once(sweep, reference, tmp_path):
     distributed = pytest.importorskip("distributed")
     chance = random.Random(4)
