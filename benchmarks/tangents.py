@@ -1,16 +1,20 @@
 """What derivatives cost: the tangents of a run beside the run, and all of them beside one impact.
 
-    python benchmarks/tangents.py        (needs the extra `fast`; a minute, with the first compile)
+    python benchmarks/tangents.py        (needs the extra `fast`; three minutes)
 
 A run is the compiled engine's integration of an impact at the centre, 25 m/s, 8 ms from touch. Its
 tangents are those by 4, 8 and 12 parameters at once. The last column is `simulate` with as many
 derivatives of all numbers, without a history, over `simulate` without them; resolving the scenario
-twice a parameter is in it. Rounds run in turns; ratios are of medians.
+twice a parameter is in it. Rounds run in turns; ratios are of medians. The first compile, of the
+engine and of its tangents, runs in a process of its own with an empty cache.
 """
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+import tempfile
 from dataclasses import replace
 from statistics import median
 from time import perf_counter, process_time
@@ -50,6 +54,17 @@ CASES = {
     "limb": replace(load_scenario("backhand"), after=0.008, engine="compiled", integrator=SETTINGS),
 }
 ROUNDS = 15
+COMPILE = """
+import time
+import drake_racket as dr
+scenario = dr.Scenario(after=0.001, engine="compiled")
+system = dr.make_impact_diagram(scenario)
+start = time.process_time()
+dr.simulate(scenario, system, history=False)
+between = time.process_time()
+dr.simulate(scenario, system, derivatives=["speed"], history=False)
+print(between - start, time.process_time() - between)
+"""
 
 
 def timed(call) -> float:
@@ -99,12 +114,27 @@ def row(name: str, scenario: Scenario, count: int) -> list[str]:
     ]
 
 
+def first_compile() -> list[float]:
+    """CPU seconds of the first compiled run, and of the first derivatives after it."""
+    with tempfile.TemporaryDirectory() as cache:
+        done = subprocess.run(
+            [sys.executable, "-c", COMPILE],
+            env=os.environ | {"NUMBA_CACHE_DIR": cache},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    return [float(text) for text in done.stdout.split()]
+
+
 def main() -> None:
     """Runs and prints."""
     begin = perf_counter()
     rows = [row(name, case, count) for name, case in CASES.items() for count in (1, 4, 8, 12)]
     header = ["racket", "parameters", "run (ms)", "tangents (ms)", "share of a run each", "whole"]
     print(table(header, rows))
+    run, tangents = first_compile()
+    print(f"\nfirst compile: run {run:.0f} s, its tangents {tangents:.0f} s of CPU")
     print(f"\n{versions()}; {perf_counter() - begin:.0f} s")
 
 
