@@ -5,8 +5,10 @@ The laws are plain functions: the same source runs on floats, on AutoDiffXd and 
 
 from __future__ import annotations
 
+import contextlib
+import gc
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -34,6 +36,21 @@ def compiled(law: Callable[..., Any], **options: Any) -> Callable[..., Any]:
     except RuntimeError:  # no directory that the cache may be written to
         machine_code = numba.njit(error_model="numpy", **options)(law)
     return machine_code
+
+
+@contextlib.contextmanager
+def without_collecting() -> Iterator[None]:
+    """Keeps Python's collector of garbage away while numba compiles.
+
+    numba makes millions of small objects that stay: to look through them takes a tenth of the time.
+    """
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def sources_stamp(*modules: ModuleType) -> int:

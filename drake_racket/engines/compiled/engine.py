@@ -95,12 +95,17 @@ class CompiledImpact:
         self._places = _Places(self.model.tree)
         self._root = root
 
-    def start(self, case: Case) -> Start:
-        """Reads a case's numbers and initial state from a Context of this model's own.
+    def start(self, case: Case, root: Context | None = None) -> Start:
+        """Reads a case's numbers and initial state from a Context.
 
-        The Context is written anew for each case: run one before the next starts.
+        Args:
+            case: of this model's topology.
+            root: of the Diagram; it is written anew for the case, and is the case's until
+                `trajectory` has been called. None: one of the model's own, for a case at a time.
+
         """
-        system, root = self.system, self._root
+        system = self.system
+        root = self._root if root is None else root
         system.write_context(root, case)
         floats = numbers_of(self.model, root, _wiring(system, root))
         context = system.plant.GetMyContextFromRoot(root)
