@@ -265,6 +265,32 @@ def test_equalities_count_or_are_refused(mjcf):
     assert {j.name() for j in limb.others()} == {"lid"}
 
 
+TENDONS = (
+    '<tendon><fixed name="cord"><joint joint="shoulder" coef="1"/><joint joint="elbow" coef="1"/>'
+    '</fixed><fixed name="string"><joint joint="lid" coef="1"/></fixed></tendon>'
+)
+
+
+@pytest.mark.parametrize(
+    ("tie", "told"),
+    [
+        ('<weld body1="fore" body2="post"/>', r"ties fore and post.*elbow, shoulder"),
+        ('<connect body1="lid" body2="upper" anchor="0 0 0"/>', r"ties lid and upper.*lid"),
+        ('<tendon tendon1="cord"/>', r"ties tendon cord.*elbow, shoulder"),
+        ('<tendon tendon1="cord" tendon2="string"/>', r"cord and tendon string.*elbow, lid"),
+    ],
+)
+def test_an_equality_of_another_kind_is_refused_until_nothing_moves_it(mjcf, tie, told):
+    path = mjcf(more=TENDONS + TIE.format(tie))
+    with pytest.raises(InputError, match=told):
+        load(path, "palm")
+    if "elbow" not in told:
+        assert load(path, "palm", locked=("lid", "shoulder")).joint_names() == ["elbow"]
+    elif "lid" not in told:
+        free = load(path, "thumb", locked=("shoulder", "elbow"))
+        assert free.joint_names() == ["thumb"]
+
+
 # --- OpenSim --------------------------------------------------------------------------------------
 
 
