@@ -29,6 +29,7 @@ import copy
 import json
 import os
 import random
+import resource
 import shutil
 import signal
 import sys
@@ -325,6 +326,8 @@ def run(
         with said.open("w") as file:
             os.dup2(file.fileno(), 1)
             os.dup2(file.fileno(), 2)
+        most = int(seconds) + 1  # of processor time: the machine may be busy
+        resource.setrlimit(resource.RLIMIT_CPU, (most, most))
         if plain:
             numba.config.DISABLE_JIT = 1
             os.environ["NUMBA_DISABLE_JIT"] = "1"
@@ -335,8 +338,8 @@ def run(
         finally:
             sys.stdout.flush()
             os._exit(status)
-    status = _wait(child, seconds)
-    if status is None:
+    status = _wait(child, 10.0 * seconds)
+    if status is None or -status in (signal.SIGXCPU, signal.SIGKILL):
         return True, "it does not end"
     if status == 0:
         return False, ""
@@ -434,7 +437,7 @@ def main() -> None:
     parser.add_argument("--each", type=int, default=1)
     parser.add_argument("--core", type=int, default=4)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--seconds", type=float, default=240.0, help="a mutant's longest run")
+    parser.add_argument("--seconds", type=float, default=60.0, help="a mutant's longest run (CPU)")
     parser.add_argument("--near", type=float, default=15.0, help="seconds of tests that run first")
     parser.add_argument("--far", type=float, default=60.0, help="seconds of tests for survivors")
     parser.add_argument("--reached", type=Path, help="lines of tests")

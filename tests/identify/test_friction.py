@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -71,6 +72,19 @@ def test_friction_of_a_sliding_ball_in_closed_form(sliding: FrictionFit) -> None
         slope = 100.0 * sliding.sensitivity[name]  # deg per 1
         half = 0.5 * (e.interval[1] - e.interval[0])
         assert half == pytest.approx(1.96 * 0.1 / slope, rel=0.02)
+
+
+def test_intervals_of_unknown_noise_are_students() -> None:
+    """Each angle twice, 0.1 deg too large and too small: s^2 = 6 0.1^2 / 3, of three freedoms."""
+    once = sliding_table(60.0, None)
+    angle = np.concatenate([once.angle + 0.1, once.angle - 0.1])
+    twice = replace(once.rows(np.tile(np.arange(3), 2)), angle=angle)
+    fitted = fit_friction(twice, load_racket(), load_ball(), options=ONE)
+    assert fitted.result.residual_sigma == pytest.approx(0.1 * math.sqrt(2.0), rel=1e-3)
+    for name, e in fitted.estimates.items():
+        slope = 100.0 * fitted.sensitivity[name]  # deg per 1, of either angle
+        half = 0.5 * (e.interval[1] - e.interval[0])
+        assert half == pytest.approx(3.1824 * 0.1 / slope, rel=0.02)
 
 
 def test_derivatives_are_those_of_the_residuals() -> None:
