@@ -292,13 +292,22 @@ class Reach:
                 self.by_line[place].add(test)
 
     def tests(self, mutant: Mutant) -> list[str]:
-        """Tests that pass over a mutant, mirrored ones first, then the quickest first."""
+        """Tests that pass over a mutant: of each function one case, mirrored and quick ones first.
+
+        Then the second case of each, and so on.
+        """
         if mutant.lines:
             found = set().union(*(self.by_line[mutant.module, line] for line in mutant.lines))
         else:
             found = self.by_module[mutant.module]
         near = tuple(f"tests/{test}" for test in mirrored(mutant.module))
-        return sorted(found, key=lambda test: (not test.startswith(near), self.seconds[test]))
+        cases: dict[str, int] = defaultdict(int)
+        ranks = {}
+        for test in sorted(found, key=lambda test: self.seconds[test]):
+            function = test.partition("[")[0]
+            ranks[test] = cases[function], not test.startswith(near), self.seconds[test]
+            cases[function] += 1
+        return sorted(found, key=lambda test: ranks[test])
 
     def within(self, tests: list[str], seconds: float) -> list[str]:
         """Tests from the first on, as many as take that long by their own account."""

@@ -151,6 +151,9 @@ def test_momentum_and_rigid_motion_are_drakes(ran):
         about = inertia.Shift(com).CalcRotationalInertia().CopyToFullMatrix3()
         spin = plant.CalcSpatialMomentumInWorldAboutPoint(context, [racket.model_instance], com)
         w = np.linalg.solve(about, spin.rotational())
+        mass = sum(body.default_mass() for body in racket.bodies())
+        energy = 0.5 * (linear @ linear / mass + spin.rotational() @ w)
+        assert rigid.kinetic_energy[sample] == pytest.approx(energy, rel=1e-9, abs=1e-12)
         np.testing.assert_allclose(rigid.angular_velocity[sample], w, rtol=1e-9, atol=1e-9)
 
 

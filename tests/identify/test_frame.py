@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_racket.identify.core.least_squares import fit
+from drake_racket.identify.frame import fit as frame_fit
 from drake_racket.identify.frame.fit import fit_frame, hammer_record, read_hammer_record
 from drake_racket.identify.frame.hammer_model import HammeredFrame, hammered_frame
 from drake_racket.identify.frame.ringing_problem import RingingProblem
@@ -266,7 +267,15 @@ def test_what_the_racket_does_not_explain_is_said(frames) -> None:
     assert warnings_of([noisy(plain, 0)]) == ""
 
 
-def test_a_ringing_below_the_noise_starts_from_the_racket(frames) -> None:
+def test_a_ringing_below_the_noise_starts_from_the_racket(frames, monkeypatch) -> None:
+    asked = []
+
+    def spy(problem, **options):
+        asked.append(options["starts"])
+        return whole(problem, **options)
+
+    whole = frame_fit.fit
+    monkeypatch.setattr(frame_fit, "fit", spy)
     frame = hammered_frame(racket(), "in_plane", 0.16648)  # the node, almost
     rng = np.random.default_rng(2)
     acceleration = linear(frame, "in_plane") + 5.0 * rng.standard_normal(len(TIME))
@@ -276,6 +285,7 @@ def test_a_ringing_below_the_noise_starts_from_the_racket(frames) -> None:
     assert "% of the ringing's" in text
     width = found.kf.interval[1] - found.kf.interval[0]
     assert not width < 0.1 * found.kf.value  # it does not pretend to know
+    assert asked == [frame_fit.BLIND_STARTS]  # there is a minimum for every beat
 
 
 def test_a_ringing_hidden_in_noise_is_found_from_another_rackets_joint() -> None:

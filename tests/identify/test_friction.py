@@ -68,6 +68,7 @@ def test_friction_of_a_sliding_ball_in_closed_form(sliding: FrictionFit) -> None
     # friction mu N v / sqrt(v^2 + s^2), s = 0.02 m/s, lacks s^2/2v^2 of mu: 1e-6 at 15 m/s
     assert found == pytest.approx(TRUE, rel=1e-5)
     assert sliding.sliding.all()
+    assert not any("moves it by" in text for text in sliding.warnings)
     for name, e in sliding.estimates.items():
         slope = 100.0 * sliding.sensitivity[name]  # deg per 1
         half = 0.5 * (e.interval[1] - e.interval[0])
@@ -123,6 +124,7 @@ def test_a_ball_that_stops_sliding_bounds_friction_from_below(sticking: Friction
         critical = math.tan(math.radians(17.0)) / (1.0 + e[i])
         assert 0.96 * critical < low < critical
         assert any(f"{name} is not determined" in text for text in sticking.warnings)
+        assert any(text.startswith(f"{name}: an error of 0.1 deg") for text in sticking.warnings)
     assert not sticking.sliding.any()
     assert any("stops sliding before it leaves" in text for text in sticking.warnings)
 

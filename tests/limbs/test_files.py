@@ -245,6 +245,14 @@ def test_gravity_of_a_model(mjcf):
         np.testing.assert_array_equal(arm.gravity, [0.0, 0.0, z])
 
 
+def test_a_mujoco_joint_starts_within_its_range(mjcf):
+    with pytest.raises(InputError, match=r"initial_deg.elbow.*allowed: the joint's range"):
+        load(mjcf(), "palm", initial_deg={"elbow": 400.0})
+    limb = load(mjcf(), "palm", initial_deg={"thumb": 400.0})  # which has no range
+    (thumb,) = [joint for joint in limb.others() if joint.name() == "thumb"]
+    assert thumb.default_positions()[0] == pytest.approx(np.radians(400.0))
+
+
 TIE = "<equality>{}</equality>"
 
 
