@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast
@@ -38,7 +39,7 @@ _MEMBERS: dict[str, Callable[[int], str]] = {
     "rim_factors": lambda i: f"p{i + 1}",
     "coefficients": lambda i: f"mu{i + 1}",
 }
-_CHECKS: dict[type, Callable[[Any, str], None]] = {
+_CHECKS: dict[type, Callable[[Any, str, Iterable[str] | None], None]] = {
     RacketParameters: check_racket,
     BallParameters: check_ball,
     GripStiffness: check_grip,
@@ -75,7 +76,7 @@ def parameter_keys(
     return {
         key: ParameterKey(place.unit, place.value)
         for parameters in (racket, ball, grip)
-        for key, place in _places(parameters).items()
+        for key, place in _places_of(parameters).items()
     }
 
 
@@ -94,7 +95,7 @@ def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = 
     mine = {key: value for key, value in overrides.items() if key.startswith(prefix)}
     if not mine:
         return parameters
-    places = _places(parameters)
+    places = _places_of(parameters)
     check_known(mine, places, where)
     numbers = {
         k: finite_number(f"{where}.{k}", v, f"a finite number ({places[k].unit})")
@@ -102,7 +103,8 @@ def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = 
     }
     _check_once(numbers, places, where)
     new = _with_numbers(parameters, numbers, places)
-    error = _error(new)
+    changed = {places[key].path[0] for key in mine}
+    error = _error(new, changed)
     if error is not None:
         raise _blame(error, parameters, numbers, places, where)
     return new
@@ -149,6 +151,21 @@ def _near(key: str, known: list[str]) -> str:
         if below:
             break
     return f"{stem or 'a key that begins with '}{', '.join(below)}"
+
+
+_KEPT = 32
+_kept: OrderedDict[int, tuple[object, dict[str, _Place]]] = OrderedDict()
+"""The places of the last parameters, by identity: a sweep asks for those of its files each case."""
+
+
+def _places_of(parameters: RacketParameters | BallParameters | GripStiffness) -> dict[str, _Place]:
+    found = _kept.get(id(parameters))
+    if found is None or found[0] is not parameters:
+        found = (parameters, _places(parameters))
+        _kept[id(parameters)] = found
+        while len(_kept) > _KEPT:
+            _kept.popitem(last=False)
+    return found[1]
 
 
 def _places(parameters: RacketParameters | BallParameters | GripStiffness) -> dict[str, _Place]:
@@ -252,10 +269,12 @@ def _with_own_springs(racket: RacketParameters) -> RacketParameters:
     return dataclasses.replace(racket, string_bed=new)
 
 
-def _error(parameters: RacketParameters | BallParameters | GripStiffness) -> InputError | None:
+def _error(
+    parameters: RacketParameters | BallParameters | GripStiffness, changed: Iterable[str] | None
+) -> InputError | None:
     kind = type(parameters)
     try:
-        _CHECKS[kind](parameters, _PREFIXES[kind])
+        _CHECKS[kind](parameters, _PREFIXES[kind], changed)
     except InputError as error:
         return error
     return None
@@ -272,7 +291,7 @@ def _blame(
     guilty = []
     for key in numbers:
         rest = {k: v for k, v in numbers.items() if k != key}
-        other = _error(_with_numbers(parameters, rest, places))
+        other = _error(_with_numbers(parameters, rest, places), None)
         if other is None or other.key != error.key:
             guilty.append(key)
     guilty = guilty or list(numbers)

@@ -18,7 +18,7 @@ from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.engines.compiled.integrate import FULL, NOT_FINITE, STUCK
 from drake_racket.engines.compiled.kernel import run_case, see_contact, see_motion
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
-from drake_racket.engines.trajectory import Motion, Trajectory
+from drake_racket.engines.trajectory import Motion, Trajectory, cross
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.laws.phases import RELEASE, SIZE, TOUCH
 from drake_racket.laws.surface import SURFACE_SIZE
@@ -322,7 +322,7 @@ class _Places:
         poses[..., :3] = R @ self.rotation
         poses[..., 3] = own[:, :, 9:12] + arm
         velocities[..., :3] = w
-        velocities[..., 3:] = own[:, :, 15:18] + _cross(w, arm)
+        velocities[..., 3:] = own[:, :, 15:18] + cross(w, arm)
         places = poses[..., 3]
         poses[:, self.fixed, :, :3] = self.rotation[self.fixed]
         places[:, self.fixed] = self.arm[self.fixed]
@@ -330,13 +330,6 @@ class _Places:
         places[:, self.leaves] = leaves[:, :, :3]
         velocities[:, self.leaves, 3:] = leaves[:, :, 3:]
         return poses, velocities
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """A x b along the last axis, with less around it than NumPy's."""
-    x, y, z = np.moveaxis(a, -1, 0)
-    u, v, w = np.moveaxis(b, -1, 0)
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def _acceleration(tree: Any, nodes: Array, body: int) -> Array:
@@ -347,7 +340,7 @@ def _acceleration(tree: Any, nodes: Array, body: int) -> Array:
     row = nodes[:, node]
     arm = row[:, :9].reshape(-1, 3, 3) @ X_NB.translation()
     w, alpha = row[:, 12:15], row[:, 18:21]
-    a = row[:, 21:24] + _cross(alpha, arm) + _cross(w, _cross(w, arm))
+    a = row[:, 21:24] + cross(alpha, arm) + cross(w, cross(w, arm))
     return np.concatenate([alpha, a], axis=1)
 
 

@@ -14,7 +14,7 @@ from drake_racket.engines.compiled.dynamics.motion import back, cross
 from drake_racket.engines.compiled.dynamics.rates import move, rates
 from drake_racket.engines.compiled.dynamics.solve import inertia_times
 from drake_racket.engines.compiled.dynamics.surface import is_surface, see_surface
-from drake_racket.laws.compilation import compilable
+from drake_racket.laws.compilation import compilable, makes_arrays
 from drake_racket.laws.contact import CONTACT, contact_law
 from drake_racket.laws.phases import CONSTANTS, PHASE
 
@@ -67,7 +67,7 @@ def _see_grip(model: Any, i: int, w: Any, origin: Any, load: Any) -> None:
     load[0], load[1], load[2], load[3], load[4], load[5] = t0, t1, t2, g0, g1, g2
 
 
-@compilable
+@makes_arrays
 def observe_motion(
     model: Any, states: Any, records: Any, nodes: Any, leaves_out: Any, loads: Any
 ) -> None:
@@ -100,7 +100,7 @@ def observe_motion(
             _see_grip(model, grip, w, origin, loads[m])
 
 
-@compilable
+@makes_arrays
 def observe_contact(model: Any, states: Any, records: Any, out: Any) -> None:
     """Writes what the contact's output `contact_state` has, for the first contact, (m, 9)."""
     origin = np.zeros(3)
