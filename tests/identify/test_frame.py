@@ -16,6 +16,7 @@ from drake_racket.identify.frame.hammer_model import HammeredFrame, hammered_fra
 from drake_racket.identify.frame.ringing_problem import RingingProblem
 from drake_racket.identify.report.frame_figures import frame_fit_figure
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Progress
 from drake_racket.io.signals import Signal
 from drake_racket.parameters.racket import load_racket
 from drake_racket.rigs.hammer.force import half_sine
@@ -133,7 +134,10 @@ def test_drake_at_1_kn_through_drake() -> None:
     """The linear model alone is off by the rig's departure from it; two passes are not."""
     rig = make_hammer_rig(racket(), "out_of_plane", half_sine(1000.0), place=PLACE)
     strike = of_strike(rig.run(duration=0.04, rate=10e3))
-    found = fit_frame([strike], racket(), "out_of_plane", PLACE)
+    told: list[Progress] = []
+    found = fit_frame([strike], racket(), "out_of_plane", PLACE, progress=told.append)
+    assert [now.done for now in told] == list(range(1, len(found.passes) + 1))
+    assert {now.total for now in told} == {told[0].total}
     kf, cf = truth("out_of_plane")
     off = found.passes / [kf, cf] - 1.0
     assert 5e-5 < np.abs(off[0]).max() < 1e-3
