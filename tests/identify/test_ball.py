@@ -234,7 +234,7 @@ def test_line_by_fit_is_weighted_least_squares() -> None:
     (b, a), covariance = np.polyfit(speeds, values, 1, w=1.0 / sigma, cov="unscaled")
     assert (line.slope, line.at(0.0).value) == pytest.approx((b, a))
     assert line.gradient().standard_error == pytest.approx(math.sqrt(covariance[0, 0]))
-    squares = np.sum(((values - b - a * speeds) / sigma) ** 2)
+    squares = np.sum(((values - a - b * speeds) / sigma) ** 2)
     assert line.misfit == pytest.approx(chi2.sf(squares, 1))
     assert line.at(0.0).standard_error == pytest.approx(math.sqrt(covariance[1, 1]))
 
