@@ -23,7 +23,7 @@ except ImportError:
 def compiled(law: Callable[..., Any], **options: Any) -> Callable[..., Any]:
     """Gives `law` as machine code for float arguments, cached on disk.
 
-    `options` are `numba.njit`'s.
+    `options` are `numba.njit`'s. Where nothing can be written, it is compiled in each process.
 
     The cache knows of changes in the law's own file only: keep what it calls beside it, or let
     the law be a closure over `sources_stamp` of the files with what it calls.
@@ -35,6 +35,9 @@ def compiled(law: Callable[..., Any], **options: Any) -> Callable[..., Any]:
         machine_code = numba.njit(cache=True, error_model="numpy", **options)(law)
     except RuntimeError:  # no directory that the cache may be written to
         machine_code = numba.njit(error_model="numpy", **options)(law)
+    cache = getattr(machine_code, "_cache", None)
+    if cache is not None:
+        _cache_if_there_is_room(cache)
     return machine_code
 
 
@@ -51,6 +54,17 @@ def without_collecting() -> Iterator[None]:
     finally:
         if collects:
             gc.enable()
+
+
+def _cache_if_there_is_room(cache: Any) -> None:
+    """Lets a full disk cost numba's cache its file, and not the user the run."""
+    save = cache.save_overload
+
+    def saved(signature: Any, data: Any) -> None:
+        with contextlib.suppress(OSError):
+            save(signature, data)
+
+    cache.save_overload = saved
 
 
 def sources_stamp(*modules: ModuleType) -> int:
