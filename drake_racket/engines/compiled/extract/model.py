@@ -195,9 +195,7 @@ def _check_plant(plant: MultibodyPlant) -> None:
 
 
 def _node_ints(tree: Tree) -> list[tuple[int, ...]]:
-    return [
-        (n.parent, n.carrier, n.kind, n.axis, n.q, n.v, _is_turned(n.X_PF)) for n in tree.nodes
-    ]
+    return [(n.parent, n.carrier, n.kind, n.axis, n.q, n.v, _is_turned(n.X_PF)) for n in tree.nodes]
 
 
 def _is_turned(X: RigidTransform) -> int:
