@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context
 
 from drake_racket.cases.case import Case
@@ -129,7 +130,7 @@ class CompiledImpact:
         under = handle.EvalSpatialVelocityInWorld(context).Shift(arm).translational()
         speed = ball.body.EvalSpatialVelocityInWorld(context).translational() - under
         twice = float(ball.body.get_mass(context) * (speed @ speed))
-        v = np.sqrt(np.diag(plant.CalcMassMatrix(context)) / twice)
+        v = weights_of(plant, context, twice)
         lost = np.full(totals, _SHARE_OF_TOTALS * 2.0 / twice)
         if totals:
             lost[IMPULSE] = 0.0  # as exact as the momentum, whatever the step
@@ -221,7 +222,8 @@ class CompiledImpact:
         nodes = np.zeros((m, ints[at.NODES], NODE_ROW))
         leaves = np.zeros((m, ints[at.LEAVES], 6))
         loads = np.zeros((m, 6))
-        see_motion(start.tables, states, records, nodes, leaves, loads)
+        tables = at.open_model(ints, at.one_by_one(ints, start.floats))
+        see_motion(tables, states, records, nodes, leaves, loads)
         poses, velocities = self._places.bodies(nodes, leaves)
         sensed = int(system.impact.racket.frame("accelerometer").body().index())
         hand_load = joint_torque = joint_reaction = None
@@ -269,6 +271,21 @@ class CompiledImpact:
             force = np.linalg.norm(nodes[:, self._first_node(joint), 27:30], axis=1)
             columns += [force] * joint.num_velocities()
         return np.stack(columns, axis=1)
+
+
+def weights_of(plant: MultibodyPlant, context: Context, twice: float) -> Array:
+    """Gives the weights of errors of velocities (nv,): square roots of shares of an energy.
+
+    An error in one velocity has at least the energy that it has when all others give way, half of
+    its square over the diagonal of the inverse mass matrix. The mass matrix's own diagonal would
+    let a joint near the butt of a chain move all that is beyond it.
+
+    Args:
+        twice: two times the energy (J).
+
+    """
+    inverse = np.linalg.inv(plant.CalcMassMatrix(context))
+    return np.asarray(1.0 / np.sqrt(np.diag(inverse) * twice))
 
 
 def more_room(room: int, time: float) -> int:
