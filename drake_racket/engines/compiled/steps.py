@@ -88,10 +88,13 @@ ARK_ERROR = ARK_B - np.array(
 def combine(y: Any, h: float, k: Any, weights: Any, count: int, new: Any) -> None:
     """Writes y + h sum of weights times slopes (rows of k) into `new`."""
     for i in range(len(y)):
-        total = 0.0
-        for j in range(count):
-            total += weights[j] * k[j, i]
-        new[i] = y[i] + h * total
+        new[i] = 0.0
+    for j in range(count):  # by rows: these loops become vector instructions
+        weight = weights[j]
+        for i in range(len(y)):
+            new[i] += weight * k[j, i]
+    for i in range(len(y)):
+        new[i] = y[i] + h * new[i]
 
 
 @compilable
