@@ -41,8 +41,7 @@ def inertia_times(a: Any, s0: Any, s1: Any, s2: Any, t0: Any, t1: Any, t2: Any) 
         (a[XX] * s0 + a[XY] * s1 + a[XZ] * s2) + (a[b] * t0 + a[b + 1] * t1 + a[b + 2] * t2),
         (a[XY] * s0 + a[YY] * s1 + a[YZ] * s2) + (a[b + 3] * t0 + a[b + 4] * t1 + a[b + 5] * t2),
         (a[XZ] * s0 + a[YZ] * s1 + a[ZZ] * s2) + (a[b + 6] * t0 + a[b + 7] * t1 + a[b + 8] * t2),
-        (a[b] * s0 + a[b + 3] * s1 + a[b + 6] * s2)
-        + (a[c] * t0 + a[c + 1] * t1 + a[c + 2] * t2),
+        (a[b] * s0 + a[b + 3] * s1 + a[b + 6] * s2) + (a[c] * t0 + a[c + 1] * t1 + a[c + 2] * t2),
         (a[b + 1] * s0 + a[b + 4] * s1 + a[b + 7] * s2)
         + (a[c + 1] * t0 + a[c + 3] * t1 + a[c + 4] * t2),
         (a[b + 2] * s0 + a[b + 5] * s1 + a[b + 8] * s2)
