@@ -43,7 +43,7 @@ def read_numbers(
     nodes = _node_floats(tree, context, springs)
     nodes[:, at.RUN] = _runs(tree, nodes, wiring, bushings)
     parts = [
-        [*gravity, float(damped > 0.0)],
+        [*gravity, float(damped > 0.0), 0.0],
         nodes,
         _leaf_floats(tree, context),
         [_bushing(tree, b, context) for b in bushings],
@@ -55,9 +55,18 @@ def read_numbers(
         [d for _, d in wiring.limb_losses],
         _of_rims(wiring.impacts, "arms"),
         _of_rims(wiring.impacts, "folds"),
+        *_strike(tree, wiring.strike),
         torques,
     ]
     return np.concatenate([np.asarray(part, dtype=float).ravel() for part in parts])
+
+
+def _strike(tree: Tree, strike: Any) -> list[Any]:
+    """Place and direction of a strike in the node's axes, and the numbers of its pulse."""
+    if strike is None:
+        return [[], []]
+    _, X = tree.place[strike.body]
+    return [[*(X @ strike.place), *(X.rotation() @ strike.direction)], strike.numbers]
 
 
 def _of_rims(impacts: Any, name: str) -> list[float]:
