@@ -130,8 +130,8 @@ elements, which stand in the state y behind q and v."""
     ELEMENTS,
 ) = range(HEADER)
 
-GLOBALS = 4
-"""Floats before the tables: gravity (3); 1 if the strings are damped."""
+GLOBALS = 3
+"""Floats before the tables: gravity (3)."""
 
 
 (

@@ -41,8 +41,7 @@ def inertia_times(a: Any, s0: Any, s1: Any, s2: Any, t0: Any, t1: Any, t2: Any) 
         (a[XX] * s0 + a[XY] * s1 + a[XZ] * s2) + (a[b] * t0 + a[b + 1] * t1 + a[b + 2] * t2),
         (a[XY] * s0 + a[YY] * s1 + a[YZ] * s2) + (a[b + 3] * t0 + a[b + 4] * t1 + a[b + 5] * t2),
         (a[XZ] * s0 + a[YZ] * s1 + a[ZZ] * s2) + (a[b + 6] * t0 + a[b + 7] * t1 + a[b + 8] * t2),
-        (a[b] * s0 + a[b + 3] * s1 + a[b + 6] * s2)
-        + (a[c] * t0 + a[c + 1] * t1 + a[c + 2] * t2),
+        (a[b] * s0 + a[b + 3] * s1 + a[b + 6] * s2) + (a[c] * t0 + a[c + 1] * t1 + a[c + 2] * t2),
         (a[b + 1] * s0 + a[b + 4] * s1 + a[b + 7] * s2)
         + (a[c + 1] * t0 + a[c + 3] * t1 + a[c + 4] * t2),
         (a[b + 2] * s0 + a[b + 5] * s1 + a[b + 8] * s2)
@@ -135,7 +134,7 @@ def leaves_out(ints: Any, numbers: Any, w: Any, leaves: Any, vdot: Any) -> None:
 
 @compilable
 def _eliminate(a: Any, s: Any, rotor: float, tau: Any) -> None:
-    """Takes one axis, of row s, out of the inertia and the force of row a; writes U, D, u into s."""
+    """Takes one axis, of row s, out of the inertia and force of row a; writes U, D, u into s."""
     s0, s1, s2, t0, t1, t2 = s[SUB], s[SUB + 1], s[SUB + 2], s[SUB + 3], s[SUB + 4], s[SUB + 5]
     u0, u1, u2, u3, u4, u5 = inertia_times(a, s0, s1, s2, t0, t1, t2)
     d = (s0 * u0 + s1 * u1 + s2 * u2) + (t0 * u3 + t1 * u4 + t2 * u5 + rotor)
