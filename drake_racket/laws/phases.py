@@ -70,8 +70,9 @@ class ContactModel:
 CONSTANTS = slice(KB, AT_BALL)  # the seven constants of contact_law, in its order
 SIZE = 15
 # on a discrete plant only: see the system's docstring
-WEIGHT, RATE, LEAD, SEEN, POWER = 15, slice(16, 19), slice(19, 22), 22, slice(23, 29)
-DISCRETE_SIZE = 29
+WEIGHT, RATE, LEAD, SEEN = 15, slice(16, 19), slice(19, 22), 22
+ACTING, SPIN = slice(23, 32), slice(32, 35)
+DISCRETE_SIZE = 35
 
 NO_TIME = float("nan")
 """Of a touch or release that has not been."""
@@ -236,6 +237,12 @@ def release(record: Any, p: Any, time: Any) -> None:
     record[PHASE] = PASSED if p[2] < 0.0 else FREE
     record[RELEASE] = time
     record[GIVEN_UP] += 0.5 * record[KB] * p[2] * p[2]
+
+
+def late_release(record: Any, p: Any, v: Any, step: float) -> None:
+    """Gives up what was stored half a discrete step (s) ago: up to then the last force acted."""
+    stored = p[2] - 0.5 * step * v[2]
+    record[GIVEN_UP] += 0.5 * record[KB] * (stored * stored - p[2] * p[2])
 
 
 def value_of(x: Any) -> float:

@@ -10,11 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_racket.identify.core.least_squares import fit
+from drake_racket.identify.frame import fit as frame_fit
 from drake_racket.identify.frame.fit import fit_frame, hammer_record, read_hammer_record
 from drake_racket.identify.frame.hammer_model import HammeredFrame, hammered_frame
 from drake_racket.identify.frame.ringing_problem import RingingProblem
 from drake_racket.identify.report.frame_figures import frame_fit_figure
 from drake_racket.io.errors import InputError
+from drake_racket.io.progress import Progress
 from drake_racket.io.signals import Signal
 from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import load_racket
@@ -134,7 +136,10 @@ def test_drake_at_1_kn_through_drake() -> None:
     """The linear model alone is off by the rig's departure from it; two passes are not."""
     rig = make_hammer_rig(racket(), "out_of_plane", half_sine(1000.0), place=PLACE)
     strike = of_strike(rig.run(duration=0.04, rate=10e3))
-    found = fit_frame([strike], racket(), "out_of_plane", PLACE)
+    told: list[Progress] = []
+    found = fit_frame([strike], racket(), "out_of_plane", PLACE, progress=told.append)
+    assert [now.done for now in told] == list(range(1, len(found.passes) + 1))
+    assert {now.total for now in told} == {told[0].total}
     kf, cf = truth("out_of_plane")
     off = found.passes / [kf, cf] - 1.0
     assert 5e-5 < np.abs(off[0]).max() < 1e-3
@@ -282,7 +287,15 @@ def test_what_the_racket_does_not_explain_is_said(frames) -> None:
     assert warnings_of([noisy(plain, 0)]) == ""
 
 
-def test_a_ringing_below_the_noise_starts_from_the_racket(frames) -> None:
+def test_a_ringing_below_the_noise_starts_from_the_racket(frames, monkeypatch) -> None:
+    asked = []
+
+    def spy(problem, **options):
+        asked.append(options["starts"])
+        return whole(problem, **options)
+
+    whole = frame_fit.fit
+    monkeypatch.setattr(frame_fit, "fit", spy)
     frame = hammered_frame(racket(), "in_plane", 0.16648)  # the node, almost
     rng = np.random.default_rng(2)
     acceleration = linear(frame, "in_plane") + 5.0 * rng.standard_normal(len(TIME))
@@ -292,6 +305,7 @@ def test_a_ringing_below_the_noise_starts_from_the_racket(frames) -> None:
     assert "% of the ringing's" in text
     width = found.kf.interval[1] - found.kf.interval[0]
     assert not width < 0.1 * found.kf.value  # it does not pretend to know
+    assert asked == [frame_fit.BLIND_STARTS]  # there is a minimum for every beat
 
 
 def test_a_ringing_hidden_in_noise_is_found_from_another_rackets_joint() -> None:

@@ -249,3 +249,12 @@ def test_the_slow_ball_rebounds_as_the_rule_says_and_less_the_faster_it_is():
     found = [plate.run(speed, slow).restitution for speed in (7.058, 10.0, 14.0, 18.0)]
     assert np.all(np.diff(found) < -0.02)
     assert found[-1] == pytest.approx(plate.run(18.0).restitution, abs=1e-6)
+
+
+def test_a_record_that_begins_in_contact_counts_from_there():
+    time = 0.5 + np.arange(0.0, 0.01, 5e-5)
+    force = np.clip(100.0 - 4e4 * (time - 0.5), 0.0, None)  # a triangle of 2.5 ms
+    found = analyse_force(Signal(time, force, "force", "N"), mass=0.05, approach_speed=1.0)
+    assert found.start == 0.5
+    assert found.contact_time == pytest.approx(0.99 * 2.5e-3, rel=1e-6)
+    assert found.impulse == pytest.approx(0.125, rel=1e-3)

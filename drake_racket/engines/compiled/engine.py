@@ -19,7 +19,7 @@ from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.engines.compiled.integrate import FULL, NOT_FINITE, STUCK
 from drake_racket.engines.compiled.kernel import run_case, see_contact, see_motion
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
-from drake_racket.engines.trajectory import Motion, Trajectory
+from drake_racket.engines.trajectory import Motion, Trajectory, cross
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.laws.phases import RELEASE, SIZE, TOUCH
 from drake_racket.laws.surface import SURFACE_SIZE
@@ -96,12 +96,17 @@ class CompiledImpact:
         self._places = _Places(self.model.tree)
         self._root = root
 
-    def start(self, case: Case) -> Start:
-        """Reads a case's numbers and initial state from a Context of this model's own.
+    def start(self, case: Case, root: Context | None = None) -> Start:
+        """Reads a case's numbers and initial state from a Context.
 
-        The Context is written anew for each case: run one before the next starts.
+        Args:
+            case: of this model's topology.
+            root: of the Diagram; it is written anew for the case, and is the case's until
+                `trajectory` has been called. None: one of the model's own, for a case at a time.
+
         """
-        system, root = self.system, self._root
+        system = self.system
+        root = self._root if root is None else root
         system.write_context(root, case)
         floats = numbers_of(self.model, root, _wiring(system, root))
         context = system.plant.GetMyContextFromRoot(root)
@@ -339,7 +344,7 @@ class _Places:
         poses[..., :3] = R @ self.rotation
         poses[..., 3] = own[:, :, 9:12] + arm
         velocities[..., :3] = w
-        velocities[..., 3:] = own[:, :, 15:18] + _cross(w, arm)
+        velocities[..., 3:] = own[:, :, 15:18] + cross(w, arm)
         places = poses[..., 3]
         poses[:, self.fixed, :, :3] = self.rotation[self.fixed]
         places[:, self.fixed] = self.arm[self.fixed]
@@ -347,13 +352,6 @@ class _Places:
         places[:, self.leaves] = leaves[:, :, :3]
         velocities[:, self.leaves, 3:] = leaves[:, :, 3:]
         return poses, velocities
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """A x b along the last axis, with less around it than NumPy's."""
-    x, y, z = np.moveaxis(a, -1, 0)
-    u, v, w = np.moveaxis(b, -1, 0)
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def _acceleration(tree: Any, nodes: Array, body: int) -> Array:
@@ -364,7 +362,7 @@ def _acceleration(tree: Any, nodes: Array, body: int) -> Array:
     row = nodes[:, node]
     arm = row[:, :9].reshape(-1, 3, 3) @ X_NB.translation()
     w, alpha = row[:, 12:15], row[:, 18:21]
-    a = row[:, 21:24] + _cross(alpha, arm) + _cross(w, _cross(w, arm))
+    a = row[:, 21:24] + cross(alpha, arm) + cross(w, cross(w, arm))
     return np.concatenate([alpha, a], axis=1)
 
 
