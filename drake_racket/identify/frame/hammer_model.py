@@ -1,7 +1,8 @@
 """Models the linear racket under the hammer, with exact derivatives.
 
-Of two segments, in one plane, with the velocities of the base and the joint, M x'' = u F - e (kf q + cf q'), where
-q is the joint's angle, e its unit vector and u the motion of the place that is hit and measured.
+Of two segments, in one plane, with the velocities of the base and the joint,
+M x'' = u F - e (kf q + cf q'), where q is the joint's angle, e its unit vector and u the motion of
+the place that is hit and measured.
 With M inverted, the joint's angle and the acceleration of the place are
 
     J q'' + cf q' + kf q = J b F,     1 / J = e M^-1 e,    b = e M^-1 u,
@@ -16,10 +17,10 @@ l = -s + i w, 2 s = cf / J and s^2 + w^2 = kf / J, is known exactly from sample 
 and its derivative by l obeys the same recursion. The mode and the record are both sums over these.
 
 More segments have more joints in the plane. All joints' constants are those of the throat joint
-times numbers c of the distribution, c_i kf and c_i cf. The modes phi of c phi = (1 / J) M_qq phi, with
-phi^T c phi = 1 and M_qq the mass matrix of the joints on a free base, then each obey the equation
-above with a J and a b of their own, and the acceleration is r F less the sum over the modes. So kf
-stays what it is in the racket's file, the number that gives the fundamental frequency.
+times numbers c of the distribution, c_i kf and c_i cf. The modes phi of c phi = (1 / J) M_qq phi,
+with phi^T c phi = 1 and M_qq the mass matrix of the joints on a free base, then each obey the
+equation above with a J and a b of their own, and the acceleration is r F less the sum over the
+modes. So kf stays what it is in the racket's file, the number that gives the fundamental frequency.
 
 Once the pulse is over the acceleration is the free mode alone: there an error of the hammer's
 calibration or of the timing between the two channels changes only size and phase of it.
@@ -224,10 +225,10 @@ def hammered_frame(racket: RacketParameters, direction: str, place: float) -> Ha
         return np.asarray(np.array(rows) @ np.array(DIRECTIONS[direction]))[free]
 
     inverse = np.linalg.inv(mass[np.ix_(free, free)])
-    loose = bends @ inverse @ bends.T
+    loose: Array = bends @ inverse @ bends.T
     inertias, modes = np.array([1.0 / loose[0, 0]]), np.ones((1, 1))
     if len(joints) > 1:
-        inertias, modes = _modes(np.linalg.inv(loose), _shares(racket, direction))
+        inertias, modes = _modes(np.asarray(np.linalg.inv(loose)), _shares(racket, direction))
     to_modes = np.linalg.inv(modes)
 
     def couplings(u: Array) -> Array:

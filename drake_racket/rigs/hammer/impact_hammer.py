@@ -285,7 +285,7 @@ def make_hammer_rig(
         direction: `in_plane` or `out_of_plane`.
         pulse: a half sine of inferred size if None.
         place: of hammer and accelerometer, m from the butt; the racket's `accelerometer` landmark
-            (inferred: half the length of the handle part) if None.
+            (inferred: half the grip) if None.
 
     Raises:
         InputError: unknown direction, or a place off the handle.

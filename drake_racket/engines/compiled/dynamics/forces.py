@@ -40,14 +40,13 @@ def joint_forces(ints: Any, numbers: Any, y: Any, nq: int, torques: Any, tau: An
     for k in range(len(tau)):
         tau[k] = torques[k]
     for i in range(len(ints)):
-        kind, v = ints[i, at.KIND], ints[i, at.V]
-        if kind == at.WELD:
-            continue
-        count = 6 if kind >= at.FREE_QUATERNION else 1
-        for k in range(count):
-            tau[v + k] -= numbers[i, at.DAMPING + k] * y[nq + v + k]
-        if numbers[i, at.SPRING] != 0.0:
-            tau[v] -= numbers[i, at.SPRING] * (y[ints[i, at.Q]] - numbers[i, at.NOMINAL])
+        kind, v, n = ints[i, at.KIND], ints[i, at.V], numbers[i]
+        if kind < at.WELD:
+            bent = y[ints[i, at.Q]] - n[at.NOMINAL]
+            tau[v] -= n[at.DAMPING] * y[nq + v] + n[at.SPRING] * bent
+        elif kind >= at.FREE_QUATERNION:
+            for k in range(6):
+                tau[v + k] -= n[at.DAMPING + k] * y[nq + v + k]
 
 
 @compilable

@@ -136,9 +136,8 @@ behind q and v; of strikes, and of the numbers of their pulse."""
     PULSE,
 ) = range(HEADER)
 
-GLOBALS, BEGIN = 5, 4
-"""Floats before the tables: gravity (3); 1 if the strings are damped; the time (s) of a pulse at
-the begin of a run."""
+GLOBALS, BEGIN = 4, 3
+"""Floats before the tables: gravity (3); the time (s) of a pulse at the begin of a run."""
 
 CLOCK, STEP_CLOCK, ORIGIN_WORK = 3, 4, 5
 """Work beside the fixed point (3): the time (s) of the state whose rates are wanted, and of the

@@ -160,15 +160,54 @@ def _set_free(w: Any, i: int, kind: int, r: Any, place: Any, y: Any, q: int, v: 
 
 
 @compilable
-def _turn_about(a: Any, axis: int, angle: Any) -> None:
-    """Turns a work row's rotation about one of its own axes."""
+def turned(r: Any, axis: int, angle: Any) -> Any:
+    """Gives the rotation (9) r, turned about one of its own axes."""
     c, s = math.cos(angle), math.sin(angle)
-    i = ROT + axis + 1 if axis < 2 else ROT
-    j = ROT + axis - 1 if axis > 0 else ROT + 2
-    for k in range(3):
-        x0, x1 = a[3 * k + i], a[3 * k + j]
-        a[3 * k + i] = c * x0 + s * x1
-        a[3 * k + j] = c * x1 - s * x0
+    if axis == 0:
+        return (
+            r[0],
+            c * r[1] + s * r[2],
+            c * r[2] - s * r[1],
+            r[3],
+            c * r[4] + s * r[5],
+            c * r[5] - s * r[4],
+            r[6],
+            c * r[7] + s * r[8],
+            c * r[8] - s * r[7],
+        )
+    if axis == 1:
+        return (
+            c * r[0] - s * r[2],
+            r[1],
+            c * r[2] + s * r[0],
+            c * r[3] - s * r[5],
+            r[4],
+            c * r[5] + s * r[3],
+            c * r[6] - s * r[8],
+            r[7],
+            c * r[8] + s * r[6],
+        )
+    return (
+        c * r[0] + s * r[1],
+        c * r[1] - s * r[0],
+        r[2],
+        c * r[3] + s * r[4],
+        c * r[4] - s * r[3],
+        r[5],
+        c * r[6] + s * r[7],
+        c * r[7] - s * r[6],
+        r[8],
+    )
+
+
+@compilable
+def _column(r: Any, axis: int) -> Any:
+    """One axis of the rotation (9) r."""
+    if axis == 0:
+        return r[0], r[3], r[6]
+    if axis == 1:
+        return r[1], r[4], r[7]
+    return r[2], r[5], r[8]
 
 
 @compilable
@@ -183,7 +222,6 @@ def _set_run(
     p, last = ints[i, at.PARENT], i + count - 1
     a = w[last]
     p0, p1, p2 = place[0], place[1], place[2]
-    _set_rotation(w, last, r)
     a[POS], a[POS + 1], a[POS + 2] = p0, p1, p2
     w0, w1, w2, u0, u1, u2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if p >= 0:
@@ -192,16 +230,17 @@ def _set_run(
     g0, g1, g2, j0, j1, j2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(i, last + 1):
         if k > i and ints[k, at.TURNED]:
-            _set_rotation(w, last, product(nine(a, ROT), nine(numbers[k], at.R_PF)))
+            r = product(r, nine(numbers[k], at.R_PF))
         axis, rate, own = ints[k, at.AXIS], y[nq + ints[k, at.V]], w[k]
-        e0, e1, e2 = a[ROT + axis], a[ROT + 3 + axis], a[ROT + 6 + axis]
+        e0, e1, e2 = _column(r, axis)
         t0, t1, t2 = cross(p0, p1, p2, e0, e1, e2)
         own[SUB], own[SUB + 1], own[SUB + 2] = e0, e1, e2
         own[SUB + 3], own[SUB + 4], own[SUB + 5] = t0, t1, t2
         e0, e1, e2 = e0 * rate, e1 * rate, e2 * rate
         x0, x1, x2 = cross(w0 + j0, w1 + j1, w2 + j2, e0, e1, e2)
         g0, g1, g2, j0, j1, j2 = g0 + x0, g1 + x1, g2 + x2, j0 + e0, j1 + e1, j2 + e2
-        _turn_about(a, axis, y[ints[k, at.Q]])
+        r = turned(r, axis, y[ints[k, at.Q]])
+    _set_rotation(w, last, r)
     t0, t1, t2 = cross(p0, p1, p2, j0, j1, j2)
     a[VEL], a[VEL + 1], a[VEL + 2] = w0 + j0, w1 + j1, w2 + j2
     a[VEL + 3], a[VEL + 4], a[VEL + 5] = u0 + t0, u1 + t1, u2 + t2
@@ -239,8 +278,7 @@ def _set_pose(
     for k in range(3):
         a[POS + k] = place[k]
     if kind == at.SCREW:
-        _set_rotation(w, i, r)
-        _turn_about(a, axis, y[q])
+        _set_rotation(w, i, turned(r, axis, y[q]))
         for k in range(3):
             a[POS + k] += pitch * y[q] * r[3 * k + axis]
     elif kind == at.QUATERNION:

@@ -25,7 +25,7 @@ origin in the world; force (6) that its joint puts on it, about its origin, in t
 
 @compilable
 def _see_node(a: Any, inner: Any, origin: Any, row: Any) -> None:
-    """Writes the row of a node; what is left of its inertia moves with the accelerations `inner`."""
+    """Writes the row of a node; what is left of its inertia moves with the acceleration `inner`."""
     for k in range(9):
         row[k] = a[k]
     p0, p1, p2 = a[POS], a[POS + 1], a[POS + 2]

@@ -134,7 +134,7 @@ def leaves_out(ints: Any, numbers: Any, w: Any, leaves: Any, vdot: Any) -> None:
 
 @compilable
 def _eliminate(a: Any, s: Any, rotor: float, tau: Any) -> None:
-    """Takes one axis, of row s, out of the inertia and the force of row a; writes U, D, u into s."""
+    """Takes one axis, of row s, out of the inertia and force of row a; writes U, D, u into s."""
     s0, s1, s2, t0, t1, t2 = s[SUB], s[SUB + 1], s[SUB + 2], s[SUB + 3], s[SUB + 4], s[SUB + 5]
     u0, u1, u2, u3, u4, u5 = inertia_times(a, s0, s1, s2, t0, t1, t2)
     d = (s0 * u0 + s1 * u1 + s2 * u2) + (t0 * u3 + t1 * u4 + t2 * u5 + rotor)

@@ -23,11 +23,9 @@ def read_numbers(
     plant = tree.plant
     context = plant.GetMyContextFromRoot(root)
     gravity = np.array(plant.gravity_field().gravity_vector())
-    damped = 0.0
     strings, contacts, points = [np.zeros((4, 0))], [], []
     for impact in wiring.impacts:
         constants = impact.string_bed.spring_constants(impact.string_bed.GetMyContextFromRoot(root))
-        damped = max(damped, float(constants[3].max()))
         strings.append(constants)
         if impact.contact is not None:
             contacts.append(_contact(tree, impact, root))
@@ -43,7 +41,7 @@ def read_numbers(
     nodes = _node_floats(tree, context, springs)
     nodes[:, at.RUN] = _runs(tree, nodes, wiring, bushings)
     parts = [
-        [*gravity, float(damped > 0.0), 0.0],
+        [*gravity, 0.0],
         nodes,
         _leaf_floats(tree, context),
         [_bushing(tree, b, context) for b in bushings],
