@@ -86,9 +86,7 @@ def trajectory(places, **more):
     velocities = np.zeros((len(places), 2, 6))
     velocities[:, 0, :3] = [1.0, 2.0, 3.0]
     bodies = SimpleNamespace(moments=np.tile(0.2 * np.eye(3), (2, 1, 1)))
-    mechanism = SimpleNamespace(
-        ball=0, handle=1, ball_position=0, ball_velocity=6, bodies=bodies
-    )
+    mechanism = SimpleNamespace(ball=0, handle=1, ball_position=0, ball_velocity=6, bodies=bodies)
     state = np.zeros((len(places), 9))
     state[:, :3] = places
     motion = SimpleNamespace(poses=poses, velocities=velocities, samples=np.arange(len(places)))
