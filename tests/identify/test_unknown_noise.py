@@ -109,7 +109,7 @@ def test_rms_of_each_point_and_speed():
 
 def test_misfit_by_output_is_fitted_less_measured():
     data = SimpleNamespace(
-        outputs=[SimpleNamespace(name="kb", units="N/m")], values=np.array([[1.0], [2.0], [np.nan]])
+        outputs=[SimpleNamespace(name="kb", units="N/m")], values=np.array([[1.0], [3.0], [np.nan]])
     )
     fitted = SimpleNamespace(data=data, modelled=np.array([[4.0], [-2.0], [7.0]]))
-    assert _by_output(fitted) == [("kb", "N/m", "2", f"{np.sqrt(12.5):.3g}")]
+    assert _by_output(fitted) == [("kb", "N/m", "2", f"{np.sqrt(17.0):.3g}")]
