@@ -57,7 +57,7 @@ def evaluation(compiled: CompiledImpact) -> float:
     tables = layout.open_model(compiled.model.ints, start.floats)
     tau, out = np.zeros(compiled.model.ints[layout.VELOCITIES]), np.zeros(len(start.y))
     work, records = layout.work_of(compiled.model.ints), np.zeros((1, SIZE))
-    arguments = (tables, start.y, records, np.zeros(3), *work, tau, out)
+    arguments = (tables, start.y, records, np.zeros(layout.ORIGIN_WORK), *work, tau, out)
     call = _looped()
     call(1, *arguments)
     best = np.inf
@@ -71,10 +71,12 @@ def evaluation(compiled: CompiledImpact) -> float:
 def _looped() -> Any:
     import numba
 
+    machine_code = evaluate.machine_code
+
     @numba.njit
     def loop(n, model, y, records, origin, w, leaves, tau, f):
         for _ in range(n):
-            evaluate(model, y, records, origin, w, leaves, tau, f)
+            machine_code(model, y, records, origin, w, leaves, tau, f)
 
     return loop
 

@@ -4,7 +4,9 @@
 
 *Joints.* Between segments with midpoints a and b lies a joint with the compliance of the beam
 between them, 1/k = (1/s) integral of dx/g(x) from a to b; g is the shape of its stiffness EI(x) or
-GJ(x), and s the scale that gives a wanted fundamental frequency.
+GJ(x), and s the scale that gives a wanted fundamental frequency. Where a second frequency is wanted
+too, the compliances are multiplied by exp(t (e2 - e1)), e1 and e2 the shares that the joints have
+in the energy of the first and of the second mode.
 
 *Bending.* A chain of rigid segments with small joint angles q moves by
 
@@ -26,6 +28,9 @@ from numpy.typing import NDArray
 from drake_racket.laws.densities import Density
 
 Array = NDArray[np.float64]
+
+MOST_TILT = 0.5
+"""Of `tilted_stiffness`: the compliance of no joint changes by more than a factor of 1.65."""
 
 
 @dataclass(frozen=True)
@@ -206,14 +211,14 @@ def chain_mass(slices: Sequence[Slice], plane: str) -> Array:
     if plane == "torsion":
         rows = np.tril(np.ones((count, count)))
         return rows.T @ np.diag([s.moments()[0] for s in slices]) @ rows
-    matrix = np.zeros((count + 1, count + 1))
-    for i, s in enumerate(slices):
-        arms = [s.com - joint.end if j < i else 0.0 for j, joint in enumerate(slices[:-1])]
-        moved = np.array([1.0, s.com, *arms])
-        turned = np.array([0.0, 1.0, *np.tri(count, count - 1, -1)[i]])
-        inertia = s.moments()[2 if plane == "in_plane" else 1]
-        matrix += s.mass * np.outer(moved, moved) + inertia * np.outer(turned, turned)
-    return matrix
+    com, mass, ends = (np.array([getattr(s, n) for s in slices]) for n in ("com", "mass", "end"))
+    inertia = np.array([s.moments()[2 if plane == "in_plane" else 1] for s in slices])
+    beyond = np.tri(count, count - 1, -1)
+    arms = beyond * (com[:, np.newaxis] - ends[:-1])
+    moved = np.column_stack([np.ones(count), com, arms])
+    turned = np.column_stack([np.zeros(count), np.ones(count), beyond])
+    matrix: Array = moved.T @ (mass[:, np.newaxis] * moved)
+    return matrix + turned.T @ (inertia[:, np.newaxis] * turned)
 
 
 def free_mass(slices: Sequence[Slice], plane: str) -> Array:
@@ -240,3 +245,36 @@ def joint_stiffness(
     relative = 1.0 / np.asarray(compliance)
     first = float(free_frequencies(slices, plane, relative)[0])
     return relative * (frequency / first) ** 2
+
+
+def tilted_stiffness(
+    slices: Sequence[Slice], plane: str, compliance: Array, frequency: float, second: float
+) -> Array:
+    """Gives stiffness as `joint_stiffness` with which the second frequency is `second`, too.
+
+    As near to that as a tilt t of at most MOST_TILT comes: few joints may not reach it.
+    """
+    import scipy.linalg
+    import scipy.optimize
+
+    mass = free_mass(slices, plane)
+
+    def squares(compliance: Array) -> Array:
+        return np.asarray(scipy.linalg.eigvalsh(np.diag(1.0 / compliance), mass))
+
+    _, modes = scipy.linalg.eigh(np.diag(1.0 / compliance), mass)
+    energy = modes[:, :2] ** 2 / compliance[:, np.newaxis]
+    shares = energy / energy.sum(axis=0)
+    shift = shares[:, 1] - shares[:, 0]
+    wanted = (second / frequency) ** 2
+
+    def miss(t: float) -> float:
+        first, other = squares(compliance * np.exp(t * shift))[:2]
+        return float(other / first - wanted)
+
+    low, high = miss(-MOST_TILT), miss(MOST_TILT)
+    if low * high >= 0.0:
+        t = -MOST_TILT if abs(low) < abs(high) else MOST_TILT
+    else:
+        t = scipy.optimize.brentq(miss, -MOST_TILT, MOST_TILT, xtol=1e-13)
+    return joint_stiffness(slices, plane, compliance * np.exp(t * shift), frequency)

@@ -63,10 +63,7 @@ def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
 
 def read_ball(path: str | Path) -> BallParameters:
     """Reads and checks one ball file; raises InputError."""
-    path = Path(path)
-    ball = load_file(path, BallParameters)
-    _check_whole(ball, str(path))
-    return ball
+    return load_file(path, BallParameters, _check_whole)
 
 
 def check_ball(

@@ -119,9 +119,7 @@ def load_grip(grip: str | os.PathLike[str] = "normal") -> GripStiffness:
 
     """
     path = shipped_or_path(grip, "grip", (*GRIPS, *HANDS), "grip_")
-    loaded = load_file(path, GripStiffness)
-    _check_whole(loaded, str(path))
-    return loaded
+    return load_file(path, GripStiffness, _check_whole)
 
 
 def write_grip(grip: GripStiffness, path: str | Path) -> None:

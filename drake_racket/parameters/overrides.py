@@ -17,7 +17,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
@@ -78,6 +78,32 @@ def parameter_keys(
         for parameters in (racket, ball, grip)
         for key, place in _places_of(parameters).items()
     }
+
+
+def overridden_numbers(
+    names: Iterable[str],
+    parts: Sequence[RacketParameters | BallParameters | GripStiffness],
+    overrides: Mapping[str, Any],
+) -> dict[str, float]:
+    """Gives the numbers of keys, but single springs', as overrides leave them; not checked.
+
+    Args:
+        names: of the keys; one that the parts do not have is left out.
+        parts: without the overrides.
+
+    """
+    places = {k: place for part in parts for k, place in _places_of(part).items()}
+
+    def number_at(key: str) -> tuple[Any, ...]:  # a joint's number has two keys
+        return key.split(".")[0], places[key].path, places[key].member
+
+    set_to = {number_at(key): (key, x) for key, x in overrides.items() if key in places}
+    found = {}
+    for name in names:
+        if name in places:
+            key, value = set_to.get(number_at(name), (name, places[name].value))
+            found[name] = finite_number(f"overrides.{key}", value, "a finite number")
+    return found
 
 
 def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = "overrides") -> P:

@@ -242,10 +242,7 @@ def _at_tension(racket: str, tension: str | float) -> RacketParameters:
 
 def read_racket(path: str | Path) -> RacketParameters:
     """Reads and checks one racket file; raises InputError."""
-    path = Path(path)
-    racket = load_file(path, RacketParameters)
-    _check_whole(racket, str(path))
-    return racket
+    return load_file(path, RacketParameters, _check_whole)
 
 
 def check_racket(

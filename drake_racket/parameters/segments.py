@@ -6,7 +6,9 @@ and stiffness along the racket, which keeps what is known of the parts: `laws.fl
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -23,6 +25,7 @@ from drake_racket.laws.flexure import (
     ellipse_width,
     free_frequencies,
     joint_stiffness,
+    tilted_stiffness,
 )
 from drake_racket.parameters.frame import (
     BENDING_AXES,
@@ -34,9 +37,26 @@ from drake_racket.parameters.frame import (
     ThroatJoint,
 )
 from drake_racket.parameters.quantities import Quantity
-from drake_racket.parameters.string_bed import StringBedParameters
 
 FEWEST_SEGMENTS, MOST_SEGMENTS = 2, 12
+FINE = 24
+"""Slices whose second frequency is the beam's to 0.2 % (tests)."""
+
+
+class Rimmed(Protocol):
+    """A rimmed thing has a string-bed's centre and rim: `StringBedParameters`."""
+
+    @property
+    def gsc(self) -> Quantity:
+        """Its centre, m from the throat joint."""
+
+    @property
+    def rim_semi_axis_x(self) -> Quantity:
+        """Of the rim's ellipse, along the racket (m)."""
+
+    @property
+    def rim_semi_axis_y(self) -> Quantity:
+        """Of the rim's ellipse, across the racket (m)."""
 
 
 class Framed(Protocol):
@@ -55,12 +75,38 @@ class Framed(Protocol):
         """The two spring-dampers of the published model."""
 
     @property
-    def string_bed(self) -> StringBedParameters:
+    def string_bed(self) -> Rimmed:
         """The string-bed: where its centre and its rim are."""
 
     @property
     def frame(self) -> FrameDistribution:
         """What lies along the frame."""
+
+
+@dataclass(frozen=True)
+class _Rim:
+    """Where centre and rim of a bed are; see Rimmed."""
+
+    gsc: Quantity
+    rim_semi_axis_x: Quantity
+    rim_semi_axis_y: Quantity
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """What a frame is cut from, and nothing else: a key of what was cut before."""
+
+    handle: Part
+    head: Part
+    throat_joint: ThroatJoint
+    string_bed: _Rim
+    frame: FrameDistribution
+
+
+def _frame_of(racket: Framed) -> _Frame:
+    bed = racket.string_bed
+    rim = _Rim(bed.gsc, bed.rim_semi_axis_x, bed.rim_semi_axis_y)
+    return _Frame(racket.handle, racket.head, racket.throat_joint, rim, racket.frame)
 
 
 def segments_of(racket: Framed) -> tuple[FrameSegment, ...]:
@@ -141,6 +187,12 @@ def joints_of(racket: Framed) -> tuple[FrameJoint, ...]:
             )
             for plane, axis in BENDING_AXES.items()
         )
+    return _joints(_frame_of(racket))
+
+
+@functools.lru_cache(maxsize=64)
+def _joints(racket: _Frame) -> tuple[FrameJoint, ...]:
+    """The joints of a frame that is cut from a distribution."""
     slices, frame = frame_slices(racket), racket.frame
     places = [slices[0].start, *(s.end for s in slices)]
     throat = racket.handle.length.value
@@ -170,11 +222,47 @@ def joints_of(racket: Framed) -> tuple[FrameJoint, ...]:
 
 
 def bending_stiffness(racket: Framed, slices: Sequence[Slice], plane: str) -> NDArray[np.float64]:
-    """Gives the stiffness (N m/rad) of the joints of one plane between slices of a frame."""
-    places = [slices[0].start, *(s.end for s in slices)]
+    """Gives the stiffness (N m/rad) of the joints of one plane between slices of a frame.
+
+    Of three or more segments the second frequency is that of FINE ones, as near as they come.
+    """
     taper: Quantity = getattr(racket.frame, f"taper_{plane}")
-    c = compliances(places, [racket.handle.length.value], [1.0, taper.value])
-    return joint_stiffness(slices, plane, c, _fundamental(racket, plane))
+    throat = racket.handle.length.value
+    first, c = _fundamental(racket, plane), _compliances(slices, throat, taper.value)
+    if not 2 < len(slices) < FINE:
+        return joint_stiffness(slices, plane, c, first)
+    second = first * _second_over_first(racket, plane, taper.value)
+    return tilted_stiffness(slices, plane, c, first, second)
+
+
+def _compliances(slices: Sequence[Slice], throat: float, taper: float) -> NDArray[np.float64]:
+    """The integrals of dx/g between the middles of slices."""
+    places = [slices[0].start, *(s.end for s in slices)]
+    return compliances(places, [throat], [1.0, taper])
+
+
+def _second_over_first(racket: Framed, plane: str, taper: float) -> float:
+    """Ratio of the first two frequencies of a frame in FINE slices of one length."""
+    fine, throat = _fine_slices(_frame_of(racket)), racket.handle.length.value
+    first, second, *_ = free_frequencies(fine, plane, 1.0 / _compliances(fine, throat, taper))
+    return float(second / first)
+
+
+@functools.lru_cache(maxsize=64)
+def _fine_slices(racket: _Frame) -> tuple[Slice, ...]:
+    """A frame in FINE slices of one length, for both planes."""
+    parts = _parts_of(racket, racket.frame.density.value)
+    length = racket.handle.length.value + racket.head.length.value
+    places = np.linspace(0.0, length, FINE + 1).tolist()
+    return tuple(cut(parts, _with_mass(parts, places)))
+
+
+def _with_mass(parts: Sequence[PartMass], places: list[float]) -> list[float]:
+    """Places without those that only a piece of no mass, at an end, lies before."""
+    rows = zip(*(part.slices(places) for part in parts), strict=True)
+    full = [any(piece is not None for piece in row) for row in rows]
+    kept = [places[0]] + [end for end, some in zip(places[1:], full, strict=True) if some]
+    return [*kept[:-1], places[-1]]
 
 
 def _fundamental(racket: Framed, plane: str) -> float:
@@ -182,7 +270,7 @@ def _fundamental(racket: Framed, plane: str) -> float:
     given: Quantity | None = getattr(racket.frame, f"frequency_{plane}")
     if given is not None:
         return given.value
-    parts = [_part_mass(racket, name, 0.0) for name in ("handle", "head")]
+    parts = _parts_of(racket, 0.0)
     throat = racket.handle.length.value
     two = cut(parts, [0.0, throat, throat + racket.head.length.value])
     stiffness, _ = racket.throat_joint.constants(plane)
@@ -191,29 +279,45 @@ def _fundamental(racket: Framed, plane: str) -> float:
 
 def frame_slices(racket: Framed) -> list[Slice]:
     """Cuts the distribution of a racket's mass into its segments."""
+    return list(_slices(_frame_of(racket)))
+
+
+@functools.lru_cache(maxsize=64)
+def _slices(racket: _Frame) -> tuple[Slice, ...]:
     frame, throat = racket.frame, racket.handle.length.value
     length = throat + racket.head.length.value
-    parts = [_part_mass(racket, name, frame.density.value) for name in ("handle", "head")]
-    return cut(parts, boundaries(frame.count(), length, throat, frame.grip_boundary.value))
+    parts = _parts_of(racket, frame.density.value)
+    places = boundaries(frame.count(), length, throat, frame.grip_boundary.value)
+    return tuple(cut(parts, places))
 
 
-def _part_mass(racket: Framed, name: str, density: float) -> PartMass:
-    """How the mass of a part lies, by the family that `density` chooses."""
-    part: Part = getattr(racket, name)
+def _parts_of(racket: Framed, density: float) -> list[PartMass]:
+    """How the mass of handle and head lies, by the family that `density` chooses."""
+    bed = racket.string_bed
+    rim = bed.gsc.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
+    throat = racket.handle.length.value
+    return [
+        _part_mass(racket.handle, None, 0.0, density),
+        _part_mass(racket.head, rim, throat, density),
+    ]
+
+
+def _part_mass(
+    part: Part, rim: tuple[float, float, float] | None, start: float, density: float
+) -> PartMass:
+    """How the mass of a part lies; the rim is that of the head, None for a handle."""
     mass, length = part.mass.value, part.length.value
     com, com_y = part.centre()
     xx, yy, zz = second_moments(part)
-    bed = racket.string_bed
-    rim = bed.gsc.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
     smooth = smooth_density(mass, length, com, xx)
     other = smooth
-    if density > 0.0 and name == "handle":
+    if density > 0.0 and rim is None:
         other = smooth_density(mass, length, com, None)
-    elif density > 0.0:
+    elif density > 0.0 and rim is not None:
         other = hoop_density(mass, length, com, rim)
     slope = -part.product() / xx
     return PartMass(
-        start=0.0 if name == "handle" else racket.handle.length.value,
+        start=start,
         length=length,
         density=mixed(smooth, other, density),
         com=com,
@@ -221,7 +325,7 @@ def _part_mass(racket: Framed, name: str, density: float) -> PartMass:
         slope=slope,
         yy=yy - slope * slope * xx,
         zz=zz,
-        width=None if name == "handle" else ellipse_width(*rim),
+        width=None if rim is None else ellipse_width(*rim),
     )
 
 

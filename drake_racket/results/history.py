@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -28,8 +29,16 @@ _XYZ = ("x", "y", "z")
 _Row = tuple[str, str | None, str, str, str]
 
 
-def make_history(case: Case, trajectory: Trajectory, energies: Balances | None) -> xarray.Dataset:
+def make_history(
+    case: Case,
+    trajectory: Trajectory,
+    energies: Balances | None,
+    only: frozenset[str] | None = None,
+) -> xarray.Dataset:
     """Labels a trajectory of which every sample's motion is known.
+
+    Args:
+        only: names of the variables to label, and no attributes of the whole; None: everything.
 
     Returns:
         A Dataset over `time` (s from touch, or from the start if the ball did not touch); every
@@ -45,7 +54,9 @@ def make_history(case: Case, trajectory: Trajectory, energies: Balances | None) 
     zero = touch if np.isfinite(touch) else 0.0
     columns = _impact_columns(trajectory) | _surface_columns(trajectory)
     columns |= _hand_columns(trajectory) | _limb_columns(trajectory)
-    if energies is not None:
+    if only is not None:
+        columns = {name: column for name, column in columns.items() if name in only}
+    elif energies is not None:
         columns["energy"] = energies.energies
     in_world = mechanism.limb is not None
     variables: dict[str, Any] = {}
@@ -54,9 +65,12 @@ def make_history(case: Case, trajectory: Trajectory, energies: Balances | None) 
         dimensions = ("time",) if dimension is None else ("time", dimension)
         attributes = variable_attributes(name, in_world=in_world)
         variables[name] = (dimensions, columns[name], attributes)
+    time = {"time": ("time", trajectory.time - zero, dict(TIME_ATTRIBUTES))}
+    if only is not None:
+        return xarray.Dataset(variables, coords=time | {"axis": list(_XYZ)})
     return xarray.Dataset(
         variables,
-        coords={"time": ("time", trajectory.time - zero, dict(TIME_ATTRIBUTES))}
+        coords=time
         | _coordinates(mechanism)
         | ({} if energies is None else {"store": list(STORES)}),
         attrs=_attributes(case) | {"geometry": _geometry(case, mechanism)},
@@ -287,6 +301,11 @@ def _geometry(case: Case, mechanism: Mechanism) -> str:
     return json.dumps(lengths | {"segments": [list(pair) for pair in mechanism.segments]})
 
 
+@functools.cache
+def _version(package: str) -> str:
+    return version(package)
+
+
 def _attributes(case: Case) -> dict[str, Any]:
     in_plane, out_of_plane = frame_fundamentals(case.racket)
     return {
@@ -295,7 +314,7 @@ def _attributes(case: Case) -> dict[str, Any]:
         "racket": json.dumps(dataclasses.asdict(case.racket)),
         "frame_in_plane_hz": in_plane,
         "frame_out_of_plane_hz": out_of_plane,
-        "drake_racket_version": version("drake-racket"),
-        "drake_version": version("drake"),
+        "drake_racket_version": _version("drake-racket"),
+        "drake_version": _version("drake"),
         "source": "Glynn, King & Mitchell (2011), doi:10.1007/s12283-010-0056-x",
     }

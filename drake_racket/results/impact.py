@@ -42,6 +42,9 @@ if TYPE_CHECKING:
     import xarray
 
 
+KINK = 0.25
+"""Share of the bend at a peak that one of its neighbours has at most where the peak is a kink."""
+
 RESULT_UNITS = {
     "approach_velocity": "m/s",
     "rebound_velocity": "m/s",
@@ -204,13 +207,16 @@ class ImpactResult:
         return values | {"scenario": dataclasses.asdict(self.scenario), "units": units}
 
 
-def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactResult:
+def make_result(
+    case: Case, trajectory: Trajectory, *, history: bool, only: frozenset[str] | None = None
+) -> ImpactResult:
     """Reads the result from a trajectory; see `simulation.simulate`.
 
     Args:
         case: that was run.
         trajectory: of it; with the motion at every sample for a history.
         history: label the time history.
+        only: of its variables; see `make_history`.
 
     """
     scenario = case.scenario
@@ -223,7 +229,7 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
     released = touched and record.phase != CONTACT
     held = scenario.support.startswith("clamped")  # a hand lets the racket move
     energies = balances(trajectory, held=held) if trajectory.audited() else None
-    dataset = make_history(case, trajectory, energies) if history else None
+    dataset = make_history(case, trajectory, energies, only) if history else None
     motion = _racket_motion(trajectory)
     spins = ball_spins(trajectory) @ R_WR
     slid = sliding(trajectory)
@@ -334,13 +340,31 @@ def _peak_acceleration(trajectory: Trajectory) -> float | None:
     return _peak(trajectory.time, magnitude) if np.isfinite(magnitude).all() else None
 
 
+def _is_kink(time: NDArray[np.float64], values: NDArray[np.float64], i: int) -> bool:
+    """Tells whether a curve turns at sample i alone: it is straight on both sides of it.
+
+    A friction that turns round makes such a peak; a parabola through it would rise above it.
+    """
+    if not 2 <= i < len(values) - 2:
+        return False
+    bends = []
+    for j in (i - 1, i, i + 1):
+        t, y = time[j - 1 : j + 2], values[j - 1 : j + 2]
+        if not np.all(np.diff(t) > 0.0):
+            return False
+        slopes = np.diff(y) / np.diff(t)
+        bends.append(abs(slopes[1] - slopes[0]) / (t[2] - t[0]))
+    return bool(min(bends[0], bends[2]) < KINK * bends[1])
+
+
 def _peak(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     """Vertex of the parabola through the highest sample and its neighbours.
 
-    The highest sample itself where it is the first or last, beside a jump, or not a maximum.
+    The highest sample itself where it is the first or last, beside a jump, at a kink, or not a
+    maximum.
     """
     i = int(np.argmax(values))
-    if i in (0, len(values) - 1):
+    if i in (0, len(values) - 1) or _is_kink(time, values, i):
         return float(values[i])
     (t0, t1, t2), (y0, y1, y2) = time[i - 1 : i + 2], values[i - 1 : i + 2]
     if t0 == t1 or t1 == t2 or y0 == 0.0 or y2 == 0.0:

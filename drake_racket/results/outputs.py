@@ -32,6 +32,8 @@ class Output:
         long_name: what it is, in words.
         read: a module's function (it travels between processes); NaN where there is no number.
         needs_history: it is read from the time history, which makes a run slower.
+        variables: of the history that it is read from (`in_contact` beside them, for what comes
+            after release): a sweep labels no others then. None: all.
         needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb),
             LIMB (support limb) or SURFACE (contact surface); without it the number is NaN.
         of_engine: it tells how an engine worked, not what happened: engines need not agree.
@@ -45,6 +47,7 @@ class Output:
     needs_history: bool = False
     needs: str = ""
     of_engine: bool = False
+    variables: tuple[str, ...] | None = None
 
     def available(self, scenario: Scenario) -> bool:
         """Tells whether such a scenario can have it."""
@@ -100,7 +103,8 @@ def _single(
     of_engine: bool = False,
 ) -> Output:
     read = functools.partial(_attribute, name=name)
-    return Output(name, units, text, read, needs_history, needs, of_engine)
+    # what a result holds itself needs the whole run, but none of the history's variables
+    return Output(name, units, text, read, needs_history, needs, of_engine, variables=())
 
 
 def _vector(name: str, units: str, text: str) -> list[Output]:
@@ -212,6 +216,7 @@ VIBRATION = (
         "root mean square of mid-handle's acceleration along z after release",
         functools.partial(_of_history, read=handle_ringing),
         needs_history=True,
+        variables=("in_contact", "handle_acceleration"),
     ),
     Output(
         "bending_angle",
@@ -219,6 +224,7 @@ VIBRATION = (
         "largest out-of-plane angle at the throat joint after release",
         functools.partial(_of_history, read=bending_after_release),
         needs_history=True,
+        variables=("in_contact", "out_of_plane_angle"),
     ),
 )
 
@@ -300,6 +306,7 @@ def _all() -> list[Output]:
                 f"largest magnitude of the {text} on the hand",
                 functools.partial(_hand_peak, name=name),
                 needs_history=True,
+                variables=(name,),
                 needs=HAND,
             )
             for name, units, text in (
@@ -338,6 +345,17 @@ def find_outputs(chosen: Sequence[str | Output], where: str) -> tuple[Output, ..
     if not found:
         raise InputError(where, "no output", "at least one of " + ", ".join(OUTPUTS))
     return tuple(found)
+
+
+def history_variables(outputs: Sequence[Output]) -> frozenset[str] | None:
+    """Gives the variables of the history that outputs are read from; None: all."""
+    found: set[str] = set()
+    for output in outputs:
+        if output.needs_history:
+            if output.variables is None:
+                return None
+            found.update(output.variables)
+    return frozenset(found)
 
 
 def read_outputs(result: ImpactResult, outputs: Sequence[Output]) -> list[float]:

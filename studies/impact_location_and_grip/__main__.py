@@ -55,13 +55,18 @@ def main() -> None:
         "--grips", nargs="+", default=list(GRIPS), help="loose, normal, tight, or YAML files"
     )
     parser.add_argument("--joint-torques", default="hold", choices=JOINT_TORQUES)
+    parser.add_argument(
+        "--activation", type=float, default=0.0, help="of the joints' muscles, 0 to 1"
+    )
     parser.add_argument("--racket", default="tour", help="tour, recreational, or a YAML file")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--after", type=float, default=0.05, help="time simulated from touch (s)")
     options = parser.parse_args()
     check_directory(options.out, "--out")
     base = backhand_scenario()
-    limb = dataclasses.replace(base.limb, joint_torques=options.joint_torques)
+    limb = dataclasses.replace(
+        base.limb, joint_torques=options.joint_torques, activation=options.activation
+    )
     base = changed(base, limb=limb, racket=options.racket, after=options.after)
 
     def progress(now: Progress) -> None:

@@ -248,7 +248,7 @@ def test_named_frames_are_at_their_places(racket):
     expected = {
         "butt": ("handle", 0.0),
         "grip": ("handle", 0.1016),
-        "accelerometer": ("handle", throat / 2.0),
+        "accelerometer": ("handle", 0.1),
         "throat": ("head", throat),
         "gsc": ("head", throat + GSC[racket]),
         "tip": ("head", throat + HEAD[racket][1]),

@@ -410,7 +410,7 @@ def test_handles_frames_and_names():
         "tip": "segment_6",
         "throat": "segment_4",
     }
-    assert racket.frame("accelerometer").body().name() == "segment_2"
+    assert racket.frame("accelerometer").body().name() == "handle"
     assert [j.name() for j in racket.joints_of("torsion")] == [f"torsion_{i}" for i in range(1, 6)]
     plant.Finalize()
     context = plant.CreateDefaultContext()
@@ -419,7 +419,7 @@ def test_handles_frames_and_names():
         for name in ("grip", "accelerometer", "throat", "gsc", "tip")
     }
     assert places == pytest.approx(
-        {"grip": 0.1016, "accelerometer": 0.178, "throat": 0.356, "gsc": 0.511, "tip": 0.686}
+        {"grip": 0.1016, "accelerometer": 0.1, "throat": 0.356, "gsc": 0.511, "tip": 0.686}
     )
     again = add_racket(MultibodyPlant(0.0), parameters)
     with pytest.raises(InputError, match="a frame of 2 segments"):

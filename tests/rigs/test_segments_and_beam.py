@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from drake_racket import InputError, Scenario, load_grip, simulate
-from drake_racket.identify.frame.hammer_model import hammered_frame
 from drake_racket.io.signals import Signal
 from drake_racket.rigs.hammer.impact_hammer import make_hammer_rig
 from drake_racket.rigs.hammer.ringing import analyse_ringing
@@ -29,14 +28,13 @@ def out_of_plane(racket):
 
 @pytest.mark.parametrize(("name", "density"), FAMILIES)
 def test_six_segments_vibrate_as_the_beam(name, density):
-    """Nodes to 5 mm; f2 to 2 %, of the recreational racket with printed moments to 4 %."""
+    """Nodes to 5 mm, f2 to 0.2 %."""
     beam, stiffness = fine(name, density)
     squares, shapes = beam.modes(stiffness)
     expected = np.sqrt(squares[2:4]) / (2.0 * np.pi)
     found, marks = out_of_plane(segmented(name, 6, density))
     assert found[0] == pytest.approx(expected[0], rel=2e-4)
-    rough = (name, density) == ("recreational", 0)
-    assert found[1] == pytest.approx(expected[1], rel=0.04 if rough else 0.02)
+    assert found[1] == pytest.approx(expected[1], rel=2e-3)
     assert marks.nodes == pytest.approx(beam.nodes_of(shapes[:, 2]), abs=5e-3)
     deflection = [abs(beam.row(x) @ shapes[:, 2]) for x in np.linspace(*marks.nodes, 301)]
     antinode = np.linspace(*marks.nodes, 301)[int(np.argmax(deflection))]
@@ -45,10 +43,11 @@ def test_six_segments_vibrate_as_the_beam(name, density):
 
 @pytest.mark.parametrize(("name", "density"), FAMILIES)
 def test_twelve_segments_are_nearer(name, density):
+    """The third frequency, which nothing is fitted to."""
     beam, stiffness = fine(name, density)
-    expected = np.sqrt(beam.modes(stiffness)[0][3]) / (2.0 * np.pi)
+    expected = np.sqrt(beam.modes(stiffness)[0][4]) / (2.0 * np.pi)
     errors = [
-        abs(out_of_plane(segmented(name, n, density))[0][1] / expected - 1.0) for n in (4, 12)
+        abs(out_of_plane(segmented(name, n, density))[0][2] / expected - 1.0) for n in (4, 12)
     ]
     assert errors[1] < 0.02
     assert errors[1] < errors[0]
@@ -137,8 +136,6 @@ def test_the_hammer_rings_at_the_frames_fundamental():
     assert faster.fit_frequency == pytest.approx(257.0, rel=2e-3)
 
 
-def test_fits_of_one_joint_refuse_more_segments():
+def test_the_one_mode_of_two_segments_is_refused_for_more():
     with pytest.raises(InputError, match="got 'a frame of 3 segments'; allowed: one of two"):
-        hammered_frame(segmented("tour", 3, 0.0), "in_plane", 0.05)
-    with pytest.raises(InputError, match="allowed: one of two segments"):
         bending_mode(segmented("tour", 3, 0.0), "in_plane")

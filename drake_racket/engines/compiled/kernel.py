@@ -23,9 +23,9 @@ from drake_racket.engines.compiled.dynamics import (
     solve,
     surface,
 )
-from drake_racket.laws import contact, limits, phases, places, strings, totals
+from drake_racket.laws import contact, limits, phases, places, pulse, strings, totals
 from drake_racket.laws import surface as surface_law
-from drake_racket.laws.compilation import compiled, sources_stamp
+from drake_racket.laws.compilation import compiled, sources_stamp, without_collecting
 
 SOURCES = (
     integrate,
@@ -45,21 +45,40 @@ SOURCES = (
     contact,
     limits,
     phases,
+    pulse,
     strings,
     totals,
 )
 """Modules that decide the numbers of a run."""
 
 
-def entry(law: Callable[..., Any], stamp: int) -> Callable[..., Any]:
-    """Compiles a copy of `law` that has the stamp among what it closes over."""
+class Entry:
+    """An entry point is a function that is compiled, or read from the cache, when first called."""
+
+    def __init__(self, machine_code: Callable[..., Any]) -> None:
+        """Keeps the function for compiled callers: `machine_code`."""
+        self.machine_code = machine_code
+        self._is_ready = False
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Calls it; other threads may run meanwhile."""
+        if self._is_ready:
+            return self.machine_code(*arguments)
+        with without_collecting():
+            result = self.machine_code(*arguments)
+        self._is_ready = True
+        return result
+
+
+def entry(law: Callable[..., Any], stamp: int) -> Entry:
+    """Compiles a copy of `law` that has the stamp among what it closes over, when first called."""
     code = law.__code__.replace(co_freevars=(*law.__code__.co_freevars, "stamp"))
     cell = types.CellType(stamp)
     copy = types.FunctionType(
         code, law.__globals__, law.__name__, law.__defaults__, (*(law.__closure__ or ()), cell)
     )
     copy.__qualname__ = law.__qualname__
-    return compiled(copy, nogil=True)
+    return Entry(compiled(copy, nogil=True))
 
 
 _STAMP = sources_stamp(*SOURCES)

@@ -8,8 +8,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drake_racket import InputError, Scenario, make_impact_diagram, resolve
-from drake_racket.engines.compiled.engine import CompiledImpact
-from drake_racket.engines.compiled.extract.model import Wiring, extract
+from drake_racket.engines.compiled.dynamics import layout
+from drake_racket.engines.compiled.engine import CompiledImpact, _wiring, weights_of
+from drake_racket.engines.compiled.extract.model import Wiring, extract, numbers_of
 from drake_racket.laws.phases import PHASE, RELEASE, SIZE, TOUCH
 from tests.conftest import BEDS
 from tests.engines.compiled.helpers import rates_at
@@ -100,6 +101,48 @@ def check_rates(changes):
 @pytest.mark.parametrize("name", CASES)
 def test_rates_are_the_diagrams(name):
     check_rates(CASES[name])
+
+
+def test_axes_taken_together_move_as_one_by_one():
+    """Three axes through one point are one run, unless something holds on between them."""
+    case = resolve(Scenario(**CASES["six segments, hand with mass"]))
+    compiled = CompiledImpact(make_impact_diagram(case))
+    start, ints = compiled.start(case), compiled.model.ints
+    apart = layout.one_by_one(ints, start.floats)
+    runs = start.tables[layout.NODE_NUMBERS][:, layout.RUN]
+    assert runs.tolist() == [1.0] * 3 + [3.0, 0.0, 0.0] * 5
+    assert np.all(layout.open_model(ints, apart)[layout.NODE_NUMBERS][:, layout.RUN] == 1.0)
+    state = start.y + np.random.default_rng(3).normal(size=len(start.y)) * 0.02
+    one, other = (rates_at(compiled.model, floats, state) for floats in (start.floats, apart))
+    assert np.max(np.abs(one - other)) < 1e-12 * np.max(np.abs(one))
+    plant = compiled.system.plant
+    heavy = plant.GetBodyByName("segment_2").index()  # on the last of the first three axes
+    context = plant.GetMyMutableContextFromRoot(start.root)
+    inner = next(n for n in compiled.model.tree.nodes if n.joint.name() == "out_of_plane_1")
+    between = inner.joint.child_body()
+    assert between.index() != heavy
+    assert between.get_mass(context) == 0.0
+    between.SetMass(context, 0.01)
+    held = numbers_of(compiled.model, start.root, _wiring(compiled.system, start.root))
+    runs = layout.open_model(ints, held)[layout.NODE_NUMBERS][:, layout.RUN]
+    assert runs.tolist()[3:6] == [2.0, 0.0, 1.0]
+
+
+def test_an_error_weighs_the_energy_it_takes_at_least():
+    """Half of 1 / (M^-1)_ii: all of a body that is free, less of a joint in a chain."""
+    case = resolve(Scenario(overrides={"racket.frame.segments": 6}))
+    system = make_impact_diagram(case)
+    plant = system.plant
+    context = plant.GetMyContextFromRoot(system.create_context(case))
+    mass = plant.CalcMassMatrix(context)
+    weights = weights_of(plant, context, 2.0) ** 2 * 2.0
+    joint = system.impact.racket.joints_of("out_of_plane")[0].velocity_start()
+    others = [i for i in range(len(mass)) if i != joint]
+    give = np.linalg.solve(mass[np.ix_(others, others)], mass[others, joint])
+    assert weights[joint] == pytest.approx(mass[joint, joint] - mass[joint, others] @ give)
+    assert weights[joint] < 0.1 * mass[joint, joint]
+    ball = system.impact.ball.body.floating_velocities_start_in_v() + 3
+    assert weights[ball : ball + 3] == pytest.approx(case.ball.mass.value)
 
 
 @pytest.mark.slow

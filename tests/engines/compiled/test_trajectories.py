@@ -56,7 +56,9 @@ def test_results_are_drakes(both):
         ours, theirs = getattr(result, name), getattr(drake, name)
         if isinstance(theirs, (float, np.ndarray)) and name not in OF_AN_ENGINE:
             scale = max(1e-3, float(np.max(np.abs(theirs))))
-            np.testing.assert_allclose(ours, theirs, rtol=0, atol=2e-3 * scale, err_msg=name)
+            # of the handle the peak is where friction turns round, within a step of either engine
+            near = 1e-2 if name == "peak_handle_acceleration" else 2e-3
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=near * scale, err_msg=name)
     assert np.max(np.abs(result.rebound_velocity - drake.rebound_velocity)) < 5e-5
     assert (result.point, result.touches, result.warnings) == (
         drake.point,

@@ -73,7 +73,7 @@ def watched(model: Any, i: int, y: Any, records: Any, w: Any, leaves: Any) -> An
         gripping to sliding or back (1 where nothing can).
 
     """
-    if is_surface(model, i):
+    if model[at.CONTACT_ROWS][i, at.ELEMENT] >= 0:
         return surface_watched(model, i, y, records[i], w, leaves)
     if records[i, PHASE] == CONTACT:
         _, p, v = look(model, i, records, w, leaves, False)

@@ -16,6 +16,7 @@ from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import contact_law
 from drake_racket.laws.limits import limit_torques
 from drake_racket.laws.phases import AT_BALL, CONSTANTS, POINT
+from drake_racket.laws.pulse import half_sine_force, sampled_force
 from drake_racket.laws.strings import spring_law
 
 
@@ -39,14 +40,13 @@ def joint_forces(ints: Any, numbers: Any, y: Any, nq: int, torques: Any, tau: An
     for k in range(len(tau)):
         tau[k] = torques[k]
     for i in range(len(ints)):
-        kind, v = ints[i, at.KIND], ints[i, at.V]
-        if kind == at.WELD:
-            continue
-        count = 6 if kind >= at.FREE_QUATERNION else 1
-        for k in range(count):
-            tau[v + k] -= numbers[i, at.DAMPING + k] * y[nq + v + k]
-        if numbers[i, at.SPRING] != 0.0:
-            tau[v] -= numbers[i, at.SPRING] * (y[ints[i, at.Q]] - numbers[i, at.NOMINAL])
+        kind, v, n = ints[i, at.KIND], ints[i, at.V], numbers[i]
+        if kind < at.WELD:
+            bent = y[ints[i, at.Q]] - n[at.NOMINAL]
+            tau[v] -= n[at.DAMPING] * y[nq + v] + n[at.SPRING] * bent
+        elif kind >= at.FREE_QUATERNION:
+            for k in range(6):
+                tau[v + k] -= n[at.DAMPING + k] * y[nq + v + k]
 
 
 @compilable
@@ -63,8 +63,14 @@ def limit_forces(ints: Any, numbers: Any, y: Any, nq: int, tau: Any) -> None:
 @compilable
 def string_forces(
     ints: Any, numbers: Any, ends: Any, springs: Any, y: Any, nq: int, tau: Any
-) -> None:
-    """Adds the strings' forces on the point masses; law: `laws.strings`."""
+) -> float:
+    """Adds the strings' forces on the point masses; law: `laws.strings`.
+
+    Returns:
+        what is lost in the springs (W), the sum of c (dL/dt)^2.
+
+    """
+    lost = 0.0
     for i in range(len(ints)):
         tau[ints[i, at.LEAF_V]] -= numbers[i, at.LEAF_DAMPING] * y[nq + ints[i, at.LEAF_V]]
     for s in range(ends.shape[1]):
@@ -80,6 +86,9 @@ def string_forces(
         tau[ints[i, at.LEAF_V]] -= pull
         if j >= 0:
             tau[ints[j, at.LEAF_V]] += pull
+        stretching = slope * rate
+        lost += springs[3, s] * stretching * stretching
+    return lost
 
 
 @compilable
@@ -215,6 +224,18 @@ def bushing_forces(ints: Any, numbers: Any, w: Any, origin: Any, grip: int, wris
         if i in (grip, wrist):
             taken -= power
     return taken
+
+
+@compilable
+def strike_force(ints: Any, numbers: Any, pulse: Any, time: Any, w: Any) -> None:
+    """Lets a hammer strike a node; law: `laws.pulse`."""
+    i = ints[0, 0]
+    force = sampled_force(time, pulse) if ints[0, 1] else half_sine_force(time, pulse)
+    n, a = numbers[0], w[i]
+    p = placed(a, (n[0], n[1], n[2]))
+    f = turn(nine(a, ROT), (force * n[3], force * n[4], force * n[5]))
+    m0, m1, m2 = cross(p[0], p[1], p[2], f[0], f[1], f[2])
+    add_force(w, i, m0, m1, m2, f[0], f[1], f[2])
 
 
 @compilable

@@ -19,13 +19,14 @@ about an axis of F that F carries; the third spin of a ball joint is QUATERNION 
 rotation. WELD: none, kept since its load is asked for. FREE_*: six, of a body free in the world."""
 
 # ---- nodes, integers
-PARENT, CARRIER, KIND, AXIS, Q, V = range(6)
-NODE_INTS = 6
+PARENT, CARRIER, KIND, AXIS, Q, V, TURNED = range(7)
+NODE_INTS = 7
 """PARENT: the node inboard, -1 for the world. CARRIER: the node that the axis moves with. AXIS: 0
-to 2, of F. Q, V: where its coordinates and velocities begin in q and in v."""
+to 2, of F. Q, V: where its coordinates and velocities begin in q and in v. TURNED: 1 if F is turned
+on the parent, 0 if it has the parent's axes."""
 
 # ---- nodes, floats
-R_PF, P_PF, MASS, COM, MOMENTS, PITCH, DAMPING, SPRING, NOMINAL, ROTOR, WEIGHT = (
+R_PF, P_PF, MASS, COM, MOMENTS, PITCH, DAMPING, SPRING, NOMINAL, ROTOR, WEIGHT, RUN = (
     0,
     9,
     12,
@@ -37,11 +38,14 @@ R_PF, P_PF, MASS, COM, MOMENTS, PITCH, DAMPING, SPRING, NOMINAL, ROTOR, WEIGHT =
     30,
     31,
     32,
+    36,
 )
-NODE_FLOATS = 36
+NODE_FLOATS = 37
 """Pose of F in the parent (9 + 3); mass, mass centre (3) and moments xx, yy, zz, xy, xz, yz about
 the node's origin (6); pitch (m/rad); damping (6 of a free node, else 1); spring, its nominal place;
-rotor; mass that gravity pulls, and its first moments (4)."""
+rotor; mass that gravity pulls, and its first moments (4); RUN: the number of nodes that are taken
+together from this one on, turning about axes through one point with nothing between them; 0 if it
+is one of them, behind the first."""
 
 # ---- nodes, work
 ROT, POS, SUB, VEL, BIAS, ART, FORCE, GAIN, PIVOT, DRIVE, ACC, OWN = (
@@ -102,11 +106,15 @@ RIM_INTS, FOLD_INTS = 3, 5
 """Spring; places in q and in v of one joint of the frame, or of two. The float is a number of B
 (m/rad) or of F (m^2)."""
 
-HEADER = 16
+# ---- what strikes a node: a force of laws.pulse, at a place of the node and along its axes
+STRIKE_INTS, STRIKE_FLOATS = 2, 6
+"""Node; 1 if the pulse is sampled. Place (3), direction (3). One at most; its numbers follow."""
+
+HEADER = 18
 """Integers before the tables: numbers of nodes, leaves, bushings, springs, contacts, points,
 limits, frame losses, limb losses, positions, velocities; the bushings of the grip and of the hand's
-wrist, or -1; numbers of the rim's arms and folds; and of the numbers of
-elements, which stand in the state y behind q and v."""
+wrist, or -1; numbers of the rim's arms and folds; of the elements, which stand in the state y
+behind q and v; of strikes, and of the numbers of their pulse."""
 (
     NODES,
     LEAVES,
@@ -124,10 +132,16 @@ elements, which stand in the state y behind q and v."""
     RIMS,
     FOLDS,
     ELEMENTS,
+    STRIKES,
+    PULSE,
 ) = range(HEADER)
 
-GLOBALS = 4
-"""Floats before the tables: gravity (3); 1 if the strings are damped."""
+GLOBALS, BEGIN = 4, 3
+"""Floats before the tables: gravity (3); the time (s) of a pulse at the begin of a run."""
+
+CLOCK, STEP_CLOCK, ORIGIN_WORK = 3, 4, 5
+"""Work beside the fixed point (3): the time (s) of the state whose rates are wanted, and of the
+begin of the step. A strike alone looks at the time."""
 
 
 (
@@ -141,6 +155,7 @@ GLOBALS = 4
     LIMB_PLACES,
     RIM_ROWS,
     FOLD_ROWS,
+    STRIKE_ROWS,
     NODE_NUMBERS,
     LEAF_NUMBERS,
     BUSHING_NUMBERS,
@@ -152,10 +167,12 @@ GLOBALS = 4
     LIMB_DAMPING,
     RIM_ARMS,
     FOLD_SIZES,
+    STRIKE_NUMBERS,
+    PULSE_NUMBERS,
     TORQUES,
     HEAD,
     GLOBAL,
-) = range(24)
+) = range(27)
 """Places of the tables in what `open_model` returns."""
 
 
@@ -170,6 +187,7 @@ TABLES = (
     (0, LIMB_LOSSES, 0),
     (0, RIMS, RIM_INTS),
     (0, FOLDS, FOLD_INTS),
+    (0, STRIKES, STRIKE_INTS),
     (1, NODES, NODE_FLOATS),
     (1, LEAVES, LEAF_FLOATS),
     (1, BUSHINGS, BUSHING_FLOATS),
@@ -181,6 +199,8 @@ TABLES = (
     (1, LIMB_LOSSES, 0),
     (1, RIMS, 0),
     (1, FOLDS, 0),
+    (1, STRIKES, STRIKE_FLOATS),
+    (1, PULSE, 0),
     (1, VELOCITIES, 0),
 )
 """Of integers (0) or floats (1): what is counted; columns, 0 for none, or minus the number of rows
@@ -201,6 +221,13 @@ def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
         tables.append(flat[place[kind] : end].reshape(shape + flat.shape[1:]))
         place[kind] = end
     return (*tables, ints[:HEADER], floats[:GLOBALS])
+
+
+def one_by_one(ints: Any, floats: Any) -> Any:
+    """Gives the numbers of a model whose axes are not taken together: each node has its motion."""
+    floats = floats.copy()
+    open_model(ints, floats)[NODE_NUMBERS][:, RUN] = 1.0
+    return floats
 
 
 def work_of(ints: Any) -> tuple[Any, Any]:

@@ -24,7 +24,8 @@ origin in the world; force (6) that its joint puts on it, about its origin, in t
 
 
 @compilable
-def _see_node(a: Any, origin: Any, row: Any) -> None:
+def _see_node(a: Any, inner: Any, origin: Any, row: Any) -> None:
+    """Writes the row of a node; what is left of its inertia moves with the acceleration `inner`."""
     for k in range(9):
         row[k] = a[k]
     p0, p1, p2 = a[POS], a[POS + 1], a[POS + 2]
@@ -40,10 +41,7 @@ def _see_node(a: Any, origin: Any, row: Any) -> None:
     row[21] = a[ACC + 3] + x0 + z0
     row[22] = a[ACC + 4] + x1 + z1
     row[23] = a[ACC + 5] + x2 + z2
-    k = ACC
-    m0, m1, m2, f0, f1, f2 = inertia_times(
-        a, a[k], a[k + 1], a[k + 2], a[k + 3], a[k + 4], a[k + 5]
-    )
+    m0, m1, m2, f0, f1, f2 = inertia_times(a, *inner)
     k = FORCE
     f0, f1, f2 = f0 + a[k + 3], f1 + a[k + 4], f2 + a[k + 5]
     x0, x1, x2 = cross(p0, p1, p2, f0, f1, f2)
@@ -69,17 +67,19 @@ def _see_grip(model: Any, i: int, w: Any, origin: Any, load: Any) -> None:
 
 @makes_arrays
 def observe_motion(
-    model: Any, states: Any, records: Any, nodes: Any, leaves_out: Any, loads: Any
+    model: Any, times: Any, states: Any, records: Any, nodes: Any, leaves_out: Any, loads: Any
 ) -> None:
     """Writes the motion at m states.
 
     Args:
+        times: (m,) from the begin of the run (s).
+        model: tables, of nodes one by one (`layout.one_by_one`).
         states: (m, size) [q; v; elements, ...].  records: (m, contacts, 15).
         nodes: (m, n, NODE_ROW).  leaves_out: (m, leaves, 6) place and velocity in the world.
         loads: (m, 6) on the hand, from the grip's bushing; 0 without one.
 
     """
-    origin, tau = np.zeros(3), np.zeros(model[at.HEAD][at.VELOCITIES])
+    origin, tau = np.zeros(at.ORIGIN_WORK), np.zeros(model[at.HEAD][at.VELOCITIES])
     w = np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK))
     leaves = np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK))
     size = model[at.HEAD][at.POSITIONS] + model[at.HEAD][at.VELOCITIES]
@@ -89,9 +89,18 @@ def observe_motion(
     for m in range(len(states)):
         for i in range(len(y)):
             y[i] = states[m, i]
+        origin[at.CLOCK] = model[at.GLOBAL][at.BEGIN] + times[m]
         rates(model, y, records[m], origin, w, leaves, tau, f)
         for i in range(len(w)):
-            _see_node(w[i], origin, nodes[m, i])
+            # the load of a joint is asked for after its axis was taken out, but a weld has none
+            inner, k = i, ACC
+            if model[at.NODE_ROWS][i, at.KIND] < at.WELD:
+                inner = model[at.NODE_ROWS][i, at.PARENT]
+            moved = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            if inner >= 0:
+                b = w[inner]
+                moved = (b[k], b[k + 1], b[k + 2], b[k + 3], b[k + 4], b[k + 5])
+            _see_node(w[i], moved, origin, nodes[m, i])
         for i in range(len(leaves)):
             for k in range(3):
                 leaves_out[m, i, k] = leaves[i, k] + origin[k]
@@ -103,7 +112,7 @@ def observe_motion(
 @makes_arrays
 def observe_contact(model: Any, states: Any, records: Any, out: Any) -> None:
     """Writes what the contact's output `contact_state` has, for the first contact, (m, 9)."""
-    origin = np.zeros(3)
+    origin = np.zeros(at.ORIGIN_WORK)
     w = np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK))
     leaves = np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK))
     for m in range(len(states)):

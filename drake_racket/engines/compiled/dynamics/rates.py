@@ -10,12 +10,13 @@ import math
 from typing import Any
 
 from drake_racket.engines.compiled.dynamics import layout as at
-from drake_racket.engines.compiled.dynamics.bed import bent_string_forces, lost_in_strings
+from drake_racket.engines.compiled.dynamics.bed import bent_string_forces
 from drake_racket.engines.compiled.dynamics.forces import (
     bushing_forces,
     contact_force,
     joint_forces,
     limit_forces,
+    strike_force,
     string_forces,
 )
 from drake_racket.engines.compiled.dynamics.layout import VEL
@@ -143,7 +144,7 @@ def rates(
     Args:
         model: tables of `layout.open_model`.
         records: (contacts, 15) of `laws.phases`.
-        origin, w, leaves, tau: work: (3,), of nodes, of leaves, and one number per velocity.
+        origin, w, leaves, tau: work: (5,), of nodes, of leaves, and one number per velocity.
 
     """
     nodes, leaf_ints = model[at.NODE_ROWS], model[at.LEAF_ROWS]
@@ -154,9 +155,21 @@ def rates(
     joint_forces(nodes, model[at.NODE_NUMBERS], y, nq, model[at.TORQUES], tau)
     limit_forces(model[at.LIMIT_PLACES], model[at.LIMIT_NUMBERS], y, nq, tau)
     if len(model[at.RIM_ROWS]) or len(model[at.FOLD_ROWS]):
-        bent_string_forces(model, y, nq, tau)
+        lost_in_strings = bent_string_forces(
+            leaf_ints,
+            model[at.LEAF_NUMBERS],
+            model[at.SPRING_ENDS],
+            model[at.SPRING_NUMBERS],
+            model[at.RIM_ROWS],
+            model[at.RIM_ARMS],
+            model[at.FOLD_ROWS],
+            model[at.FOLD_SIZES],
+            y,
+            nq,
+            tau,
+        )
     else:
-        string_forces(
+        lost_in_strings = string_forces(
             leaf_ints,
             model[at.LEAF_NUMBERS],
             model[at.SPRING_ENDS],
@@ -173,6 +186,14 @@ def rates(
         model[at.HEAD][at.GRIP_BUSHING],
         model[at.HEAD][at.WRIST_BUSHING],
     )
+    if len(model[at.STRIKE_ROWS]):
+        strike_force(
+            model[at.STRIKE_ROWS],
+            model[at.STRIKE_NUMBERS],
+            model[at.PULSE_NUMBERS],
+            origin[at.CLOCK],
+            w,
+        )
     for k in range(nq + nv, len(y)):
         f[k] = 0.0
     for i in range(len(model[at.CONTACT_ROWS])):
@@ -206,8 +227,7 @@ def rates(
         for i in range(len(losses)):
             rate = y[nq + losses[i]]
             f[first + LOST_JOINT] += damping[i] * rate * rate
-        if model[at.GLOBAL][3] > 0.5:
-            f[first + LOST_STRINGS] = lost_in_strings(model, y, nq)
+        f[first + LOST_STRINGS] = lost_in_strings
         f[first + GRIP] = taken
         if len(y) > first + TOTALS:
             _limb_powers(model, y, nq, f, first + TOTALS)

@@ -23,11 +23,9 @@ def read_numbers(
     plant = tree.plant
     context = plant.GetMyContextFromRoot(root)
     gravity = np.array(plant.gravity_field().gravity_vector())
-    damped = 0.0
     strings, contacts, points = [np.zeros((4, 0))], [], []
     for impact in wiring.impacts:
         constants = impact.string_bed.spring_constants(impact.string_bed.GetMyContextFromRoot(root))
-        damped = max(damped, float(constants[3].max()))
         strings.append(constants)
         if impact.contact is not None:
             contacts.append(_contact(tree, impact, root))
@@ -40,9 +38,11 @@ def read_numbers(
             np.stack([own.get_numeric_parameter(i).CopyToVector() for i in range(4)], axis=1)
         )
     torques = np.zeros(plant.num_velocities()) if wiring.torques is None else wiring.torques
+    nodes = _node_floats(tree, context, springs)
+    nodes[:, at.RUN] = _runs(tree, nodes, wiring, bushings)
     parts = [
-        [*gravity, float(damped > 0.0)],
-        _node_floats(tree, context, springs),
+        [*gravity, 0.0],
+        nodes,
         _leaf_floats(tree, context),
         [_bushing(tree, b, context) for b in bushings],
         np.concatenate(strings, axis=1),
@@ -53,9 +53,18 @@ def read_numbers(
         [d for _, d in wiring.limb_losses],
         _of_rims(wiring.impacts, "arms"),
         _of_rims(wiring.impacts, "folds"),
+        *_strike(tree, wiring.strike),
         torques,
     ]
     return np.concatenate([np.asarray(part, dtype=float).ravel() for part in parts])
+
+
+def _strike(tree: Tree, strike: Any) -> list[Any]:
+    """Place and direction of a strike in the node's axes, and the numbers of its pulse."""
+    if strike is None:
+        return [[], []]
+    _, X = tree.place[strike.body]
+    return [[*(X @ strike.place), *(X.rotation() @ strike.direction)], strike.numbers]
 
 
 def _of_rims(impacts: Any, name: str) -> list[float]:
@@ -97,6 +106,41 @@ def _node_floats(tree: Tree, context: Context, springs: list[Any]) -> Array:
         row[at.SPRING] = total
     _add_inertias(tree, context, rows)
     return rows
+
+
+def _runs(tree: Tree, rows: Array, wiring: Any, bushings: list[Any]) -> Array:
+    """The column RUN of the nodes.
+
+    Axes of revolute joints that follow on each other through one point are one run, where nothing
+    is between them: no mass, and nothing that another body, a bushing or a ball holds on to.
+    """
+    held = [leaf.parent for leaf in tree.leaves]
+    for bushing in bushings:
+        for frame in (bushing.frameA(), bushing.frameC()):
+            held.append(tree.place[int(frame.body().index())][0])
+    for impact in wiring.impacts:
+        if impact.contact is not None:
+            held.append(tree.place[int(impact.ball.body.index())][0])
+    inboard = [node.parent for node in tree.nodes]
+    runs = np.ones(len(tree.nodes))
+    first = 0
+    for i, node in enumerate(tree.nodes):
+        before = node.parent
+        goes_on = (
+            node.kind == at.REVOLUTE
+            and before == i - 1 >= 0
+            and tree.nodes[before].kind == at.REVOLUTE
+            and not np.any(node.X_PF.translation())
+            and rows[before, at.MASS] == 0.0
+            and inboard.count(before) == 1
+            and before not in held
+        )
+        if goes_on:
+            runs[first] += 1.0
+            runs[i] = 0.0
+        else:
+            first = i
+    return runs
 
 
 def _add_inertias(tree: Tree, context: Context, rows: Array) -> None:
