@@ -132,3 +132,15 @@ def test_a_run_may_start_at_touch():
     assert now.touch_time == 0.0
     late_contact = late.release_time - late.touch_time
     assert now.release_time == pytest.approx(late_contact, rel=1e-5)
+
+
+def test_powers_are_those_of_vectors():
+    """Damper: cb x'^2 in contact; friction: -F_t . v_t; couple: f . (w x p)."""
+    rng = np.random.default_rng(5)
+    p, v, w = rng.normal(size=(3, 3))
+    for normal in (3.0, 0.0):
+        force = np.array([*rng.normal(size=2), normal])
+        in_ball, in_friction, couple = contact_powers(p, v, force, 7.0, w)
+        assert in_ball == pytest.approx(7.0 * v[2] ** 2 if normal else 0.0)
+        assert in_friction == pytest.approx(-force[:2] @ v[:2])
+        assert couple == pytest.approx(force @ np.cross(w, p))

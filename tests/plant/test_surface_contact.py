@@ -205,6 +205,22 @@ def test_the_compiled_engine_runs_it_as_drake_does(paper):
     assert [i.record(root).touches for i in impacts] == [1, 1]
 
 
+@pytest.mark.parametrize(("axis", "beyond", "inside"), [(0, 0.17, 0.16), (1, 0.127, 0.118)])
+def test_a_ball_beyond_the_rim_passes_by(axis, beyond, inside):
+    case = resolve(Scenario(contact="surface", audit=False))
+    system = make_impact_diagram(case)
+    for away, touches in ((beyond, 0), (inside, 1)):
+        simulator = Simulator(system.diagram, system.create_context(case))
+        dr.configure_integrator(simulator, dr.IntegratorSettings())
+        root = simulator.get_mutable_context()
+        context = system.plant.GetMyMutableContextFromRoot(root)
+        place = np.add(system.impact.racket.parameters.centre(), [0.0, 0.0, 0.05])
+        place[axis] += away
+        system.plant.SetFreeBodyPose(context, system.impact.ball.body, RigidTransform(place))
+        simulator.AdvanceTo(2.5e-3)
+        assert system.impact.record(root).touches == touches
+
+
 def test_the_stored_energy_is_that_of_both_springs():
     """The port, in the middle of a contact: kb x^2 / 2 and kt u^2 / 2."""
     case = resolve(SCENARIO)
