@@ -57,7 +57,7 @@ def evaluation(compiled: CompiledImpact) -> float:
     tables = layout.open_model(compiled.model.ints, start.floats)
     tau, out = np.zeros(compiled.model.ints[layout.VELOCITIES]), np.zeros(len(start.y))
     work, records = layout.work_of(compiled.model.ints), np.zeros((1, SIZE))
-    arguments = (tables, start.y, records, np.zeros(3), *work, tau, out)
+    arguments = (tables, start.y, records, np.zeros(layout.ORIGIN_WORK), *work, tau, out)
     call = _looped()
     call(1, *arguments)
     best = np.inf

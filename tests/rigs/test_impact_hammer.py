@@ -14,10 +14,17 @@ from pydrake.common.value import AbstractValue
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal, read_signal
+from drake_racket.laws.compilation import HAS_NUMBA
+from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import load_racket
 from drake_racket.plots.rigs.impact_hammer import hammer_figure
 from drake_racket.rigs.hammer.force import half_sine, sampled_pulse
-from drake_racket.rigs.hammer.impact_hammer import DIRECTIONS, hammer_dataset, make_hammer_rig
+from drake_racket.rigs.hammer.impact_hammer import (
+    DIRECTIONS,
+    STEP,
+    hammer_dataset,
+    make_hammer_rig,
+)
 from drake_racket.rigs.hammer.ringing import analyse_ringing
 from drake_racket.rigs.modes.bending import acceleration_signal, bending_mode
 from studies.impact_hammer import ringing_dataset
@@ -237,6 +244,20 @@ def test_hammer_force_on_autodiff(kind) -> None:
     np.testing.assert_allclose([float(x.value()) for x in applied.p_BoBq_B], [0.1, 0.0, 0.0])
 
 
+@pytest.mark.skipif(not HAS_NUMBA, reason="the compiled engine without numba is slow")
+@pytest.mark.parametrize(("segments", "start"), [(2, 0.0), (4, -0.37)])
+def test_the_compiled_engine_takes_the_same_steps_as_drake(segments, start) -> None:
+    racket = apply_overrides(load_racket("recreational"), {"racket.frame.segments": segments})
+    pulse = sampled_pulse(triangle(30e3, start)) if start else half_sine(500.0, 1.03e-3)
+    rig = make_hammer_rig(racket, "in_plane", pulse, place=0.06)
+    compiled = rig.run(duration=0.012, engine="compiled")
+    drake = rig.run(duration=0.012, engine="drake")
+    for name, array in drake.items():
+        error = np.abs(compiled[name] - array).max() / np.abs(array).max()
+        assert error < (1e-12 if segments == 2 else 1e-6), name
+    xr.testing.assert_identical(compiled, rig.run(duration=0.012))
+
+
 def test_hammer_force_is_zero_outside_the_pulse() -> None:
     for pulse in (half_sine(), sampled_pulse(triangle(30e3))):
         rig = make_hammer_rig(load_racket("tour"), "in_plane", pulse)
@@ -260,6 +281,8 @@ def test_bad_numbers_are_refused() -> None:
         (lambda: half_sine(1.0, 1.0), "length"),
         (lambda: make_hammer_rig(racket, "sideways"), "in_plane, out_of_plane"),
         (lambda: make_hammer_rig(racket, "in_plane", place=0.4), "place"),
+        (lambda: rig.run(engine="mujoco"), "engine"),
+        (lambda: rig.run(engine="compiled", settings=STEP), "engine"),
         (lambda: rig.run(duration=5e-4), "duration"),
         (lambda: rig.run(rate=10.0), "rate"),
         (lambda: rig.run(joint=(np.nan, 0.0)), "kf"),

@@ -207,7 +207,7 @@ class CompiledImpact:
             record=records[:, 0],
             contact=contact,
             totals=totals,
-            motion=self._motion(start, moving[chosen], records[chosen], chosen),
+            motion=self._motion(start, samples[chosen, 0], moving[chosen], records[chosen], chosen),
             steps=kept.steps,
             evaluations=kept.evaluations,
             engine="compiled",
@@ -215,7 +215,12 @@ class CompiledImpact:
         )
 
     def _motion(
-        self, start: Start, states: Array, records: Array, chosen: NDArray[np.int64]
+        self,
+        start: Start,
+        times: Array,
+        states: Array,
+        records: Array,
+        chosen: NDArray[np.int64],
     ) -> Motion:
         ints, tree, system = self.model.ints, self.model.tree, self.system
         m = len(states)
@@ -223,7 +228,7 @@ class CompiledImpact:
         leaves = np.zeros((m, ints[at.LEAVES], 6))
         loads = np.zeros((m, 6))
         tables = at.open_model(ints, at.one_by_one(ints, start.floats))
-        see_motion(tables, states, records, nodes, leaves, loads)
+        see_motion(tables, times, states, records, nodes, leaves, loads)
         poses, velocities = self._places.bodies(nodes, leaves)
         sensed = int(system.impact.racket.frame("accelerometer").body().index())
         hand_load = joint_torque = joint_reaction = None

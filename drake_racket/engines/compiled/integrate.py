@@ -24,6 +24,7 @@ from drake_racket.engines.compiled.steps import (
     ARK_GAMMA,
     ARK_I,
     DP_A,
+    DP_C,
     DP_ERROR,
     add_columns,
     along,
@@ -112,6 +113,7 @@ def take(
             combine(y, h, k, ARK_B, 6, new)
             move(model, new, nq, origin, w, leaves)
             return
+        origin[at.CLOCK] = origin[at.STEP_CLOCK] + (DP_C[stage] if stiff < 0 else ARK_C[stage]) * h
         rates(model, new, records, origin, w, leaves, tau, k[stage])
 
 
@@ -120,7 +122,7 @@ def new_work(model: Any, size: int) -> Any:
     """Gives the work arrays of a run, in the order of `take`."""
     nv = model[at.HEAD][at.VELOCITIES]
     return (
-        np.zeros(3),
+        np.zeros(at.ORIGIN_WORK),
         np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK)),
         np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK)),
         np.zeros(nv),
@@ -267,6 +269,7 @@ def integrate(
             count += 1
         if time >= end:
             return count, steps, evaluations, FINISHED
+        origin[at.CLOCK] = origin[at.STEP_CLOCK] = model[at.GLOBAL][at.BEGIN] + time
         if not fresh:
             rates(model, y, records, origin, w, leaves, tau, k[0])
             evaluations += 1

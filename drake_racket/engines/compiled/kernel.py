@@ -23,7 +23,7 @@ from drake_racket.engines.compiled.dynamics import (
     solve,
     surface,
 )
-from drake_racket.laws import contact, limits, phases, places, strings, totals
+from drake_racket.laws import contact, limits, phases, places, pulse, strings, totals
 from drake_racket.laws import surface as surface_law
 from drake_racket.laws.compilation import compiled, sources_stamp, without_collecting
 
@@ -45,6 +45,7 @@ SOURCES = (
     contact,
     limits,
     phases,
+    pulse,
     strings,
     totals,
 )

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.math import sin
 from pydrake.multibody.math import SpatialForce_
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
 from pydrake.multibody.tree import BodyIndex
@@ -20,6 +19,7 @@ from scipy.integrate import trapezoid
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal, pulse_extent
+from drake_racket.laws.pulse import half_sine_force, sampled_force
 from drake_racket.plant.systems.scalars import on_float
 
 MOST_FORCE = 5e3  # N
@@ -185,7 +185,7 @@ def HammerForce_(T: Any) -> Any:
             return context.get_numeric_parameter(index).CopyToVector()
 
         def _force(self, context: Any) -> Any:
-            law = _straight if self.sampled else _half_sine
+            law = sampled_force if self.sampled else half_sine_force
             return law(context.get_time(), self._numbers(context, self.PULSE))
 
         def _calc_force(self, context: Any, output: Any) -> None:
@@ -205,19 +205,3 @@ def HammerForce_(T: Any) -> Any:
 
 
 HammerForce = on_float(HammerForce_)
-
-
-def _half_sine(time: Any, numbers: Any) -> Any:
-    peak, length = numbers
-    return peak * sin(math.pi * time / length) if 0.0 <= time <= length else 0.0 * peak
-
-
-def _straight(time: Any, numbers: Any) -> Any:
-    """The line through the two samples around `time`."""
-    count = len(numbers) // 2
-    times, forces = numbers[:count], numbers[count:]
-    if not times[0] <= time <= times[-1]:
-        return 0.0 * forces[0]
-    i = min(max(int(np.searchsorted(times, time, side="right")), 1), count - 1)
-    share = (time - times[i - 1]) / (times[i] - times[i - 1])
-    return forces[i - 1] + share * (forces[i] - forces[i - 1])

@@ -31,9 +31,10 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.io.units import labelled
+from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.parameters.frame import FrameJoint
 from drake_racket.parameters.racket import RacketParameters
-from drake_racket.parameters.scenario import IntegratorSettings
+from drake_racket.parameters.scenario import ENGINES, IntegratorSettings
 from drake_racket.parameters.segments import segment_at
 from drake_racket.plant.racket import Racket, add_racket
 from drake_racket.rigs.hammer.force import HammerForce, Pulse, half_sine
@@ -75,6 +76,7 @@ class HammerRig:
         duration: float = DURATION,
         rate: float = HAMMER_SAMPLE_RATE,
         settings: IntegratorSettings | None = None,
+        engine: str = "auto",
     ) -> xarray.Dataset:
         """Strikes the racket at rest.
 
@@ -85,7 +87,9 @@ class HammerRig:
                 change with them.
             duration: s from the start of the pulse, which it must be longer than; up to 1 s.
             rate: Hz of the samples, 1 kHz to 200 kHz.
-            settings: of the integration; None: fixed steps, short enough for the frame.
+            settings: of the integration in Drake; None: fixed steps, short enough for the frame.
+            engine: `drake`; `compiled`, which takes such fixed steps; or `auto`, compiled where
+                numba is installed and there are no settings.
 
         Returns:
             A dataset over `time` (s, in the pulse's own time): `force` (N), `acceleration`
@@ -105,17 +109,62 @@ class HammerRig:
             raise InputError("duration", duration, allowed)
         if not 1e3 <= rate <= 2e5:
             raise InputError("rate", rate, "1e3 to 2e5 Hz")
+        if engine not in ENGINES:
+            raise InputError("engine", engine, ", ".join(ENGINES))
+        if engine == "compiled" and settings is not None:
+            raise InputError("engine", engine, "drake, with settings of its integration")
         root = self._context(pulse, joint)
+        time = pulse.start + np.arange(round(duration * rate) + 1) / rate
+        # a step ends at each sample, and where the pulse is not smooth, so that no order is lost
+        stops = np.union1d(time, _between(pulse.breaks(), time))
+        stops = stops[stops <= time[-1]]
+        if engine == "compiled" or (engine == "auto" and HAS_NUMBA and settings is None):
+            samples = self._compiled(root, time, stops)
+        else:
+            samples = self._in_drake(root, time, stops, settings)
+        return self._dataset(time, samples, pulse)
+
+    def _compiled(
+        self, root: Context, time: NDArray[np.float64], stops: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        from drake_racket.rigs.hammer.compiled import StruckPlant
+
+        struck = StruckPlant(self.plant, self.hammer, self.sensor, root)
+        states = struck.states(stops, self._settings(root).maximum_step)
+        states = states[np.searchsorted(stops, time)]
+        along = np.array(DIRECTIONS[self.direction])
+        context = self.plant.CreateDefaultContext()
+        context.SetTimeStateAndParametersFrom(self.plant.GetMyContextFromRoot(root))
+        scratch = self.hammer.CreateDefaultContext()
+        own = self.hammer.GetMyContextFromRoot(root)
+        samples = np.empty((len(time), 4))
+        samples[:, 1] = struck.sensed(time, states) @ along
+        joints = [joint.position_start() for joint in self.racket.joints_of(self.direction)]
+        samples[:, 2] = np.sum(states[:, joints], axis=1)
+        scratch.SetTimeStateAndParametersFrom(own)
+        force = self.hammer.GetOutputPort("force")
+        for row, (t, state) in enumerate(zip(time, states, strict=True)):
+            scratch.SetTime(float(t))
+            samples[row, 0] = force.Eval(scratch)[0]
+            self.plant.SetPositionsAndVelocities(context, state)
+            momentum = self.plant.CalcSpatialMomentumInWorldAboutPoint(context, np.zeros(3))
+            samples[row, 3] = along @ momentum.translational()
+        return samples
+
+    def _in_drake(
+        self,
+        root: Context,
+        time: NDArray[np.float64],
+        stops: NDArray[np.float64],
+        settings: IntegratorSettings | None,
+    ) -> NDArray[np.float64]:
         simulator = Simulator(self.diagram, root)
         configure_integrator(simulator, settings or self._settings(root))
         root = simulator.get_mutable_context()
-        time = pulse.start + np.arange(round(duration * rate) + 1) / rate
         samples = np.empty((len(time), 4))
-        # a step ends at each sample, and where the pulse is not smooth, so that no order is lost
-        stops = np.union1d(time, _between(pulse.breaks(), time))
         try:
             simulator.Initialize()
-            for stop in stops[stops <= time[-1]]:
+            for stop in stops:
                 simulator.AdvanceTo(float(stop))
                 row = int(np.searchsorted(time, stop))
                 if time[row] == stop:
@@ -123,7 +172,7 @@ class HammerRig:
         except RuntimeError as error:
             reason = str(error).splitlines()[0]
             raise SimulationError(f"stopped at t = {root.get_time():.6g} s: {reason}") from error
-        return self._dataset(time, samples, pulse)
+        return samples
 
     def _context(self, pulse: Pulse, joint: tuple[float, float] | None) -> Context:
         root = self.diagram.CreateDefaultContext()

@@ -18,5 +18,5 @@ def rates_at(model, floats, state, records=None):
     out = np.zeros(len(state))
     tau = np.zeros(ints[layout.VELOCITIES])
     tables = layout.open_model(ints, floats)
-    evaluate(tables, np.array(state), records, np.zeros(3), *work, tau, out)
+    evaluate(tables, np.array(state), records, np.zeros(layout.ORIGIN_WORK), *work, tau, out)
     return out

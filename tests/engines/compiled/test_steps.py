@@ -68,7 +68,7 @@ def touching(request):
     record[1] = 3.0
     tables = layout.open_model(model.ints, model.floats)
     nv = len(state) - nq
-    work = [np.zeros(3), *layout.work_of(model.ints), np.zeros(nv)]
+    work = [np.zeros(layout.ORIGIN_WORK), *layout.work_of(model.ints), np.zeros(nv)]
     out = np.zeros(len(state))
     rates(tables, state, record[None], *work, out)
     columns, rows, law = np.zeros((2, nv)), np.zeros((2, nv)), np.zeros(9)
@@ -97,7 +97,11 @@ def test_rows_give_the_sliding_velocity(touching):
 
 def test_columns_are_what_friction_does_to_the_accelerations(touching):
     system, root, state, record, columns, rows, _, vdot, tables = touching
-    model_work = [np.zeros(3), *layout.work_of(tables[layout.HEAD]), np.zeros(len(vdot))]
+    model_work = [
+        np.zeros(layout.ORIGIN_WORK),
+        *layout.work_of(tables[layout.HEAD]),
+        np.zeros(len(vdot)),
+    ]
     smooth = record.copy()
     smooth[CONSTANTS.start + 2] = 0.0  # mu
     out = np.zeros(len(state))

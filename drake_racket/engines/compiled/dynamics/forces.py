@@ -16,6 +16,7 @@ from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import contact_law
 from drake_racket.laws.limits import limit_torques
 from drake_racket.laws.phases import AT_BALL, CONSTANTS, POINT
+from drake_racket.laws.pulse import half_sine_force, sampled_force
 from drake_racket.laws.strings import spring_law
 
 
@@ -223,6 +224,18 @@ def bushing_forces(ints: Any, numbers: Any, w: Any, origin: Any, grip: int, wris
         if i in (grip, wrist):
             taken -= power
     return taken
+
+
+@compilable
+def strike_force(ints: Any, numbers: Any, pulse: Any, time: Any, w: Any) -> None:
+    """Lets a hammer strike a node; law: `laws.pulse`."""
+    i = ints[0, 0]
+    force = sampled_force(time, pulse) if ints[0, 1] else half_sine_force(time, pulse)
+    n, a = numbers[0], w[i]
+    p = placed(a, (n[0], n[1], n[2]))
+    f = turn(nine(a, ROT), (force * n[3], force * n[4], force * n[5]))
+    m0, m1, m2 = cross(p[0], p[1], p[2], f[0], f[1], f[2])
+    add_force(w, i, m0, m1, m2, f[0], f[1], f[2])
 
 
 @compilable

@@ -106,11 +106,15 @@ RIM_INTS, FOLD_INTS = 3, 5
 """Spring; places in q and in v of one joint of the frame, or of two. The float is a number of B
 (m/rad) or of F (m^2)."""
 
-HEADER = 16
+# ---- what strikes a node: a force of laws.pulse, at a place of the node and along its axes
+STRIKE_INTS, STRIKE_FLOATS = 2, 6
+"""Node; 1 if the pulse is sampled. Place (3), direction (3). One at most; its numbers follow."""
+
+HEADER = 18
 """Integers before the tables: numbers of nodes, leaves, bushings, springs, contacts, points,
 limits, frame losses, limb losses, positions, velocities; the bushings of the grip and of the hand's
-wrist, or -1; numbers of the rim's arms and folds; and of the numbers of
-elements, which stand in the state y behind q and v."""
+wrist, or -1; numbers of the rim's arms and folds; of the elements, which stand in the state y
+behind q and v; of strikes, and of the numbers of their pulse."""
 (
     NODES,
     LEAVES,
@@ -128,10 +132,16 @@ elements, which stand in the state y behind q and v."""
     RIMS,
     FOLDS,
     ELEMENTS,
+    STRIKES,
+    PULSE,
 ) = range(HEADER)
 
-GLOBALS = 3
-"""Floats before the tables: gravity (3)."""
+GLOBALS, BEGIN = 4, 3
+"""Floats before the tables: gravity (3); the time (s) of a pulse at the begin of a run."""
+
+CLOCK, STEP_CLOCK, ORIGIN_WORK = 3, 4, 5
+"""Work beside the fixed point (3): the time (s) of the state whose rates are wanted, and of the
+begin of the step. A strike alone looks at the time."""
 
 
 (
@@ -145,6 +155,7 @@ GLOBALS = 3
     LIMB_PLACES,
     RIM_ROWS,
     FOLD_ROWS,
+    STRIKE_ROWS,
     NODE_NUMBERS,
     LEAF_NUMBERS,
     BUSHING_NUMBERS,
@@ -156,10 +167,12 @@ GLOBALS = 3
     LIMB_DAMPING,
     RIM_ARMS,
     FOLD_SIZES,
+    STRIKE_NUMBERS,
+    PULSE_NUMBERS,
     TORQUES,
     HEAD,
     GLOBAL,
-) = range(24)
+) = range(27)
 """Places of the tables in what `open_model` returns."""
 
 
@@ -174,6 +187,7 @@ TABLES = (
     (0, LIMB_LOSSES, 0),
     (0, RIMS, RIM_INTS),
     (0, FOLDS, FOLD_INTS),
+    (0, STRIKES, STRIKE_INTS),
     (1, NODES, NODE_FLOATS),
     (1, LEAVES, LEAF_FLOATS),
     (1, BUSHINGS, BUSHING_FLOATS),
@@ -185,6 +199,8 @@ TABLES = (
     (1, LIMB_LOSSES, 0),
     (1, RIMS, 0),
     (1, FOLDS, 0),
+    (1, STRIKES, STRIKE_FLOATS),
+    (1, PULSE, 0),
     (1, VELOCITIES, 0),
 )
 """Of integers (0) or floats (1): what is counted; columns, 0 for none, or minus the number of rows

@@ -67,18 +67,19 @@ def _see_grip(model: Any, i: int, w: Any, origin: Any, load: Any) -> None:
 
 @makes_arrays
 def observe_motion(
-    model: Any, states: Any, records: Any, nodes: Any, leaves_out: Any, loads: Any
+    model: Any, times: Any, states: Any, records: Any, nodes: Any, leaves_out: Any, loads: Any
 ) -> None:
     """Writes the motion at m states.
 
     Args:
+        times: (m,) from the begin of the run (s).
         model: tables, of nodes one by one (`layout.one_by_one`).
         states: (m, size) [q; v; elements, ...].  records: (m, contacts, 15).
         nodes: (m, n, NODE_ROW).  leaves_out: (m, leaves, 6) place and velocity in the world.
         loads: (m, 6) on the hand, from the grip's bushing; 0 without one.
 
     """
-    origin, tau = np.zeros(3), np.zeros(model[at.HEAD][at.VELOCITIES])
+    origin, tau = np.zeros(at.ORIGIN_WORK), np.zeros(model[at.HEAD][at.VELOCITIES])
     w = np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK))
     leaves = np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK))
     size = model[at.HEAD][at.POSITIONS] + model[at.HEAD][at.VELOCITIES]
@@ -88,6 +89,7 @@ def observe_motion(
     for m in range(len(states)):
         for i in range(len(y)):
             y[i] = states[m, i]
+        origin[at.CLOCK] = model[at.GLOBAL][at.BEGIN] + times[m]
         rates(model, y, records[m], origin, w, leaves, tau, f)
         for i in range(len(w)):
             # the load of a joint is asked for after its axis was taken out, but a weld has none
@@ -110,7 +112,7 @@ def observe_motion(
 @makes_arrays
 def observe_contact(model: Any, states: Any, records: Any, out: Any) -> None:
     """Writes what the contact's output `contact_state` has, for the first contact, (m, 9)."""
-    origin = np.zeros(3)
+    origin = np.zeros(at.ORIGIN_WORK)
     w = np.zeros((model[at.HEAD][at.NODES], at.NODE_WORK))
     leaves = np.zeros((model[at.HEAD][at.LEAVES], at.LEAF_WORK))
     for m in range(len(states)):

@@ -16,6 +16,7 @@ from drake_racket.engines.compiled.dynamics.forces import (
     contact_force,
     joint_forces,
     limit_forces,
+    strike_force,
     string_forces,
 )
 from drake_racket.engines.compiled.dynamics.layout import VEL
@@ -143,7 +144,7 @@ def rates(
     Args:
         model: tables of `layout.open_model`.
         records: (contacts, 15) of `laws.phases`.
-        origin, w, leaves, tau: work: (3,), of nodes, of leaves, and one number per velocity.
+        origin, w, leaves, tau: work: (5,), of nodes, of leaves, and one number per velocity.
 
     """
     nodes, leaf_ints = model[at.NODE_ROWS], model[at.LEAF_ROWS]
@@ -185,6 +186,14 @@ def rates(
         model[at.HEAD][at.GRIP_BUSHING],
         model[at.HEAD][at.WRIST_BUSHING],
     )
+    if len(model[at.STRIKE_ROWS]):
+        strike_force(
+            model[at.STRIKE_ROWS],
+            model[at.STRIKE_NUMBERS],
+            model[at.PULSE_NUMBERS],
+            origin[at.CLOCK],
+            w,
+        )
     for k in range(nq + nv, len(y)):
         f[k] = 0.0
     for i in range(len(model[at.CONTACT_ROWS])):

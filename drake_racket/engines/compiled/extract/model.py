@@ -50,6 +50,23 @@ class Model:
 
 
 @dataclass(frozen=True)
+class Strike:
+    """A strike is a force of `laws.pulse` on a body.
+
+    Attributes:
+        body: its index.  place (m), direction: in its axes, (3,) each.
+        sampled: of the pulse.  numbers: of the pulse.
+
+    """
+
+    body: int
+    place: Array
+    direction: Array
+    sampled: bool
+    numbers: Array
+
+
+@dataclass(frozen=True)
 class Wiring:
     """The wiring says what acts on a plant beside its own elements.
 
@@ -61,6 +78,7 @@ class Wiring:
         grip, wrist: index of the bushing of the grip, and of a hand's wrist, among the plant's
             force elements; None without one.
         kept_welds: joints whose load is asked for.
+        strike: of a hammer; None without one.
 
     """
 
@@ -72,6 +90,7 @@ class Wiring:
     grip: int | None = None
     wrist: int | None = None
     kept_welds: Sequence[Joint] = ()
+    strike: Strike | None = None
 
 
 def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
@@ -129,6 +148,7 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
             system.at.positions, system.at.num_positions + system.at.velocities, strict=True
         )
     ]
+    strike = wiring.strike
     ints += [
         np.concatenate(ends, axis=1) if ends else np.zeros((2, 0), dtype=np.int64),
         contacts,
@@ -137,6 +157,7 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         [v for v, _ in wiring.limb_losses],
         rims,
         folds,
+        [] if strike is None else [(tree.place[strike.body][0], int(strike.sampled))],
     ]
     header = [
         len(tree.nodes),
@@ -154,6 +175,8 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         len(rims),
         len(folds),
         elements,
+        int(strike is not None),
+        0 if strike is None else len(strike.numbers),
     ]
     flat = [np.asarray(part, dtype=np.int64).ravel() for part in (header, *ints)]
     return Model(np.concatenate(flat), read_numbers(tree, root, wiring, bushings, springs), tree)

@@ -41,7 +41,7 @@ def read_numbers(
     nodes = _node_floats(tree, context, springs)
     nodes[:, at.RUN] = _runs(tree, nodes, wiring, bushings)
     parts = [
-        gravity,
+        [*gravity, 0.0],
         nodes,
         _leaf_floats(tree, context),
         [_bushing(tree, b, context) for b in bushings],
@@ -53,9 +53,18 @@ def read_numbers(
         [d for _, d in wiring.limb_losses],
         _of_rims(wiring.impacts, "arms"),
         _of_rims(wiring.impacts, "folds"),
+        *_strike(tree, wiring.strike),
         torques,
     ]
     return np.concatenate([np.asarray(part, dtype=float).ravel() for part in parts])
+
+
+def _strike(tree: Tree, strike: Any) -> list[Any]:
+    """Place and direction of a strike in the node's axes, and the numbers of its pulse."""
+    if strike is None:
+        return [[], []]
+    _, X = tree.place[strike.body]
+    return [[*(X @ strike.place), *(X.rotation() @ strike.direction)], strike.numbers]
 
 
 def _of_rims(impacts: Any, name: str) -> list[float]:
@@ -112,6 +121,8 @@ def _runs(tree: Tree, rows: Array, wiring: Any, bushings: list[Any]) -> Array:
     for impact in wiring.impacts:
         if impact.contact is not None:
             held.append(tree.place[int(impact.ball.body.index())][0])
+    if wiring.strike is not None:
+        held.append(tree.place[int(wiring.strike.body)][0])
     inboard = [node.parent for node in tree.nodes]
     runs = np.ones(len(tree.nodes))
     first = 0

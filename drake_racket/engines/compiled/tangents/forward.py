@@ -149,6 +149,7 @@ def _code(text: str, **parts: ast.expr) -> ast.expr:
 
 _RULES: dict[Any, str] = {
     math.sin: "d * math.cos(x)",
+    np.sin: "d * math.cos(x)",
     math.cos: "-d * math.sin(x)",
     math.tan: "d * (1.0 + math.tan(x) ** 2)",
     math.exp: "d * math.exp(x)",
