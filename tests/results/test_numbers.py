@@ -126,3 +126,12 @@ def test_the_angular_impulse_is_about_the_rackets_first_place():
     case = SimpleNamespace(ball=SimpleNamespace(mass=SimpleNamespace(value=0.06)))
     found = angular_impulse(case, ran, 0, 1, np.eye(3))
     np.testing.assert_allclose(found, [0.0, 0.06 * 0.5 * 30.0 - 0.2 * 5.0, 0.0], atol=1e-15)
+
+
+def test_a_peak_at_a_kink_is_the_highest_sample():
+    """As friction that turns round makes it; a parabola through it would rise to 520."""
+    time = np.array([2156.1, 2204.2, 2226.0, 2241.8, 2250.0, 2257.8, 2265.0]) * 1e-6
+    curve = np.array([427.4, 458.3, 482.5, 496.3, 409.5, 166.1, 156.7])
+    assert _peak(time, curve) == 496.3
+    # near an end it cannot be told from a smooth one
+    assert _peak(time[2:], curve[2:]) > 515.0

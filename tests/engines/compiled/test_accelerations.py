@@ -116,11 +116,9 @@ def test_axes_taken_together_move_as_one_by_one():
     one, other = (rates_at(compiled.model, floats, state) for floats in (start.floats, apart))
     assert np.max(np.abs(one - other)) < 1e-12 * np.max(np.abs(one))
     plant = compiled.system.plant
-    heavy = plant.GetBodyByName("segment_2").index()  # on the last of the first three axes
     context = plant.GetMyMutableContextFromRoot(start.root)
     inner = next(n for n in compiled.model.tree.nodes if n.joint.name() == "out_of_plane_1")
     between = inner.joint.child_body()
-    assert between.index() != heavy
     assert between.get_mass(context) == 0.0
     between.SetMass(context, 0.01)
     held = numbers_of(compiled.model, start.root, _wiring(compiled.system, start.root))

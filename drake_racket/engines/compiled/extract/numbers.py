@@ -121,6 +121,8 @@ def _runs(tree: Tree, rows: Array, wiring: Any, bushings: list[Any]) -> Array:
     for impact in wiring.impacts:
         if impact.contact is not None:
             held.append(tree.place[int(impact.ball.body.index())][0])
+    if wiring.strike is not None:
+        held.append(tree.place[int(wiring.strike.body)][0])
     inboard = [node.parent for node in tree.nodes]
     runs = np.ones(len(tree.nodes))
     first = 0
