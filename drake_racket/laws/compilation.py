@@ -6,9 +6,9 @@ The laws are plain functions: the same source runs on floats, on AutoDiffXd and 
 from __future__ import annotations
 
 import hashlib
+import types
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 try:
@@ -36,7 +36,7 @@ def compiled(law: Callable[..., Any], **options: Any) -> Callable[..., Any]:
     return machine_code
 
 
-def sources_stamp(*modules: ModuleType) -> int:
+def sources_stamp(*modules: types.ModuleType) -> int:
     """Gives a number that changes with the source of `modules`.
 
     numba's cache tells closures apart by what they close over: a compiled closure over this number
@@ -46,6 +46,17 @@ def sources_stamp(*modules: ModuleType) -> int:
     for module in modules:
         digest.update(Path(str(module.__file__)).read_bytes())
     return int.from_bytes(digest.digest()[:6], "big")
+
+
+def stamped(law: Callable[..., Any], stamp: int, **options: Any) -> Callable[..., Any]:
+    """Gives `compiled` of a copy of `law` that has the stamp among what it closes over."""
+    code = law.__code__.replace(co_freevars=(*law.__code__.co_freevars, "stamp"))
+    cell = types.CellType(stamp)
+    copy = types.FunctionType(
+        code, law.__globals__, law.__name__, law.__defaults__, (*(law.__closure__ or ()), cell)
+    )
+    copy.__qualname__ = law.__qualname__
+    return compiled(copy, **options)
 
 
 parallel_range: Any = range if numba is None else numba.prange

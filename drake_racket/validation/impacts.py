@@ -68,8 +68,15 @@ def head_clamped(plan: Plan, progress: Report) -> SectionResult:
         drop = float(drops["restitution"].sel(racket=racket))
         values[f"clamped.{racket}.drop"] = drop
     metre = math.sqrt(2.0 * STANDARD_GRAVITY)
-    slow = changed(dropped, speed=metre, ball="penn_titanium_slow", after=0.02, engine="compiled")
-    values["clamped.tour.drop_1m"] = simulate(slow, history=False).apparent_restitution
+    slow = changed(dropped, after=0.02, engine="compiled")
+    grows = changed(slow, normal="hunt_crossley")
+    for key, scenario in (
+        ("drop.hunt_crossley", grows),
+        ("drop_1m", changed(slow, speed=metre, ball="penn_titanium_slow")),
+        ("drop_1m.hunt_crossley", changed(grows, speed=metre)),
+    ):
+        found = simulate(scenario, history=False).apparent_restitution
+        values[f"clamped.tour.{key}"] = found
     middle = float(plan.speeds[len(plan.speeds) // 2])
     spread = (restitution.max("point") - restitution.min("point")) / restitution.mean("point")
     text = [

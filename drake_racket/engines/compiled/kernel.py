@@ -6,10 +6,6 @@ stamp of all sources that they call, so that an edit anywhere compiles them anew
 
 from __future__ import annotations
 
-import types
-from collections.abc import Callable
-from typing import Any
-
 from drake_racket.engines.compiled import integrate, steps
 from drake_racket.engines.compiled.dynamics import (
     bed,
@@ -25,7 +21,7 @@ from drake_racket.engines.compiled.dynamics import (
 )
 from drake_racket.laws import contact, limits, phases, places, strings, totals
 from drake_racket.laws import surface as surface_law
-from drake_racket.laws.compilation import compiled, sources_stamp
+from drake_racket.laws.compilation import sources_stamp, stamped
 
 SOURCES = (
     integrate,
@@ -51,19 +47,8 @@ SOURCES = (
 """Modules that decide the numbers of a run."""
 
 
-def entry(law: Callable[..., Any], stamp: int) -> Callable[..., Any]:
-    """Compiles a copy of `law` that has the stamp among what it closes over."""
-    code = law.__code__.replace(co_freevars=(*law.__code__.co_freevars, "stamp"))
-    cell = types.CellType(stamp)
-    copy = types.FunctionType(
-        code, law.__globals__, law.__name__, law.__defaults__, (*(law.__closure__ or ()), cell)
-    )
-    copy.__qualname__ = law.__qualname__
-    return compiled(copy, nogil=True)
-
-
 _STAMP = sources_stamp(*SOURCES)
-run_case = entry(integrate.integrate, _STAMP)
-see_motion = entry(observe.observe_motion, _STAMP)
-see_contact = entry(observe.observe_contact, _STAMP)
-evaluate = entry(rates.rates, _STAMP)
+run_case = stamped(integrate.integrate, _STAMP, nogil=True)
+see_motion = stamped(observe.observe_motion, _STAMP, nogil=True)
+see_contact = stamped(observe.observe_contact, _STAMP, nogil=True)
+evaluate = stamped(rates.rates, _STAMP, nogil=True)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from drake_racket.engines.compiled.kernel import SOURCES, entry
+from drake_racket.engines.compiled.kernel import SOURCES
 from drake_racket.engines.compiled.tangents import forward, lanes, replay, twins
-from drake_racket.laws.compilation import sources_stamp
+from drake_racket.laws.compilation import sources_stamp, stamped
 
-run_tangents = entry(replay.replay, sources_stamp(*SOURCES, forward, lanes, replay, twins))
+run_tangents = stamped(
+    replay.replay, sources_stamp(*SOURCES, forward, lanes, replay, twins), nogil=True
+)
