@@ -9,7 +9,6 @@ import numpy as np
 
 from drake_racket.cases.case import changed
 from drake_racket.io.progress import Progress, Report, part_of
-from drake_racket.laws.contact import FRICTION_READINGS
 from drake_racket.parameters.racket import RACKETS, TENSIONS, load_racket
 from drake_racket.plots.rigs.restitution import (
     along_axis_figure,
@@ -131,7 +130,7 @@ def oblique(plan: Plan, progress: Report) -> SectionResult:
             f"- angle read {reading.replace('_', ' ')}, friction by {friction}:"
             f" {span(angle_reading=reading, friction_reading=friction)}"
             for reading in ANGLE_READINGS
-            for friction in FRICTION_READINGS
+            for friction in dataset["friction_reading"].to_numpy()
         ),
         "With the angle read from the normal a point mass has no spin to take up: it stops sliding"
         " while it is in contact, and friction no longer decides its angle. Friction along the"
