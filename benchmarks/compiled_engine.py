@@ -71,10 +71,12 @@ def evaluation(compiled: CompiledImpact) -> float:
 def _looped() -> Any:
     import numba
 
+    machine_code = evaluate.machine_code
+
     @numba.njit
     def loop(n, model, y, records, origin, w, leaves, tau, f):
         for _ in range(n):
-            evaluate(model, y, records, origin, w, leaves, tau, f)
+            machine_code(model, y, records, origin, w, leaves, tau, f)
 
     return loop
 

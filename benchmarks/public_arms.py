@@ -60,9 +60,13 @@ class Tried:
 
 
 def models(folders: list[Path]) -> Iterator[Path]:
-    """Files that may hold an arm, in order."""
+    """Files that may hold an arm, in order, each once."""
+    seen: set[Path] = set()
     for folder in folders:
         for path in sorted(folder.rglob("*")):
+            if path.resolve() in seen:
+                continue
+            seen.add(path.resolve())
             suffix = path.suffix.lower()
             if suffix in (".urdf", ".sdf", ".osim"):
                 yield path

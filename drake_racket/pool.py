@@ -8,6 +8,7 @@ runs, as always where Python spawns processes; one without ends at once, and is 
 from __future__ import annotations
 
 import contextlib
+import itertools
 import multiprocessing
 import os
 import signal
@@ -60,6 +61,7 @@ def run_in_processes(
     workers: int,
     *,
     died: Callable[[T, str], R] | None = None,
+    split: Callable[[T], list[T]] | None = None,
     worn: Callable[[R], bool] | None = None,
     every: float | None = None,
 ) -> Generator[list[tuple[T, R]], None, None]:
@@ -74,6 +76,8 @@ def run_in_processes(
         tasks: taken as there is room for them.
         workers: processes.
         died: gives the result of a task that cost MOST_DEATHS processes; PoolError if None.
+        split: takes a task that has met two deaths apart: its parts run alone in its place, so that
+            the others of them do not pay for one.
         worn: tells from a result that its process is to be replaced soon.
         every: seconds after which an empty batch is yielded if nothing has finished.
 
@@ -85,7 +89,7 @@ def run_in_processes(
 
     """
     leave_if_imported_again()
-    pool = _Pool(call, tasks, workers, died, worn)
+    pool = _Pool(call, tasks, workers, died, split, worn)
     try:
         while True:
             pool.fill()
@@ -107,11 +111,13 @@ class _Pool(Generic[T, R]):
         tasks: Iterable[T],
         workers: int,
         died: Callable[[T, str], R] | None,
+        split: Callable[[T], list[T]] | None,
         worn: Callable[[R], bool] | None,
     ) -> None:
         self.running: dict[Future[R], tuple[int, T]] = {}
-        self._call, self._died, self._wears = call, died, worn
-        self._tasks = enumerate(tasks)
+        self._call, self._died, self._split, self._wears = call, died, split, worn
+        self._numbers = itertools.count()
+        self._tasks = ((next(self._numbers), task) for task in tasks)
         self._workers = workers
         self._again: deque[tuple[int, T]] = deque()
         self._deaths: Counter[int] = Counter()
@@ -193,7 +199,12 @@ class _Pool(Generic[T, R]):
         batch = []
         for number, task in items:
             self._deaths[number] += 1
-            if self._deaths[number] < _SUSPECT + MOST_DEATHS:  # the later ones were alone
+            parts = [task] if self._split is None else self._split(task)
+            if len(parts) > 1 and self._deaths[number] >= _SUSPECT:
+                for part in parts:
+                    self._again.append((next(self._numbers), part))
+                    self._deaths[self._again[-1][0]] = _SUSPECT
+            elif self._deaths[number] < _SUSPECT + MOST_DEATHS:  # the later ones were alone
                 self._again.append((number, task))
             elif self._died is None:
                 raise PoolError(f"task {number + 1} cannot be done: {reason}")

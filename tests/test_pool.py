@@ -151,6 +151,27 @@ def test_scripts_from_anywhere_may_start_processes(how, tmp_path):
     assert (done.stdout, done.stderr) == ("30\n", "")
 
 
+CELL = """
+import drake_racket as dr
+from drake_racket.sweep import make_sweep, run_sweep
+base = dr.Scenario(after=0.002, audit=False)
+sweep = make_sweep(base, {"point": [2, 5]}, ["kb"])
+print(run_sweep(sweep, "out", workers=2)["status"].values.tolist())
+"""
+
+
+@pytest.mark.slow
+def test_a_notebook_may_start_processes(tmp_path, monkeypatch):
+    nbclient = pytest.importorskip("nbclient", reason="needs the extra docs")
+    nbformat = pytest.importorskip("nbformat", reason="needs the extra docs")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(CELL)])
+    there = {"metadata": {"path": str(tmp_path)}}
+    nbclient.NotebookClient(notebook, timeout=int(SECONDS), resources=there).execute()
+    said = "".join(out.text for out in notebook.cells[0].outputs if out.get("name") == "stdout")
+    assert said == "[0, 0]\n"
+
+
 def test_a_script_without_main_guard_ends_with_one_line(tmp_path):
     done = run_script("file", UNGUARDED, tmp_path)
     assert done.stderr == ""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
@@ -125,6 +127,17 @@ def test_a_bar_of_progress(capsys: pytest.CaptureFixture[str]) -> None:
     bar(dr.Progress("running", 4, 4, seconds=8.0))
     shown = capsys.readouterr().err
     assert shown == "\rrunning: 1 of 4, 1 failed, 6 s left\rrunning: 4 of 4\n"
+
+
+@pytest.mark.parametrize(("config", "moves"), [({"IPKernelApp": {}}, True), ({}, False)])
+def test_only_a_notebook_has_bars(
+    monkeypatch: pytest.MonkeyPatch, config: dict[str, object], moves: bool
+) -> None:
+    shell = SimpleNamespace(config=config)
+    display = SimpleNamespace(display="display")
+    stub = SimpleNamespace(get_ipython=lambda: shell, display=display)
+    monkeypatch.setitem(sys.modules, "IPython", stub)
+    assert bars._notebook_display() == ("display" if moves else None)
 
 
 def test_bars_in_a_notebook_move(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -123,7 +123,8 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
     racket, ball, grip = scenario.load_racket(), scenario.load_ball(), scenario.load_grip()
     if scenario.overrides:
         stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
-        check_known(stray, parameter_keys(racket, ball, grip))
+        if stray:
+            check_known(stray, parameter_keys(racket, ball, grip))
         _check_ball_overrides(scenario, ball, where)
         _check_grip_overrides(scenario, where)
     if scenario.has_element():

@@ -17,7 +17,12 @@ from typing import Any
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.units import measure
-from drake_racket.parameters.overrides import SPRING, ParameterKey, parameter_keys
+from drake_racket.parameters.overrides import (
+    SPRING,
+    ParameterKey,
+    overridden_numbers,
+    parameter_keys,
+)
 from drake_racket.parameters.scenario import Scenario
 
 Value = float | str | bool
@@ -182,17 +187,22 @@ def number_of(scenario: Scenario, key: Key) -> float:
 def _numbers(scenario: Scenario, keys: Sequence[Key]) -> dict[Key, float]:
     """What `scenario` has for keys that are all of single springs, or none of them."""
     numbers = {key: _own_number(scenario, key) for key in keys if not key.parameter}
-    parameters = [key for key in keys if key.parameter]
-    if parameters:
-        if not parameters[0].name.startswith(SPRING):
-            # a racket with springs of their own has other k and no p
-            kept = {k: v for k, v in scenario.overrides.items() if not k.startswith(SPRING)}
-            scenario = dataclasses.replace(scenario, overrides=kept)
-        found = _parameters(scenario)
-        for key in parameters:
+    names = [key.name for key in keys if key.parameter]
+    if not names:
+        return numbers
+    if names[0].startswith(SPRING):
+        found = {name: key.value for name, key in _parameters(scenario).items()}
+    else:
+        # a racket with springs of their own has other k and no p
+        kept = {k: v for k, v in scenario.overrides.items() if not k.startswith(SPRING)}
+        bare = dataclasses.replace(scenario, overrides={})
+        parts = bare.load_racket(), bare.load_ball(), bare.load_grip()
+        found = overridden_numbers(names, parts, kept)
+    for key in keys:
+        if key.parameter:
             if key.name not in found:
                 raise InputError(key.name, "relative", "a parameter that this case has")
-            numbers[key] = found[key.name].value
+            numbers[key] = found[key.name]
     return numbers
 
 

@@ -259,3 +259,11 @@ class Trajectory:
     def audited(self) -> bool:
         """Tells whether losses were integrated beside the motion."""
         return bool(np.isfinite(self.totals[:, 0]).all())
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Gives a x b along the last axis: the numbers of np.cross, which takes many times as long."""
+    found = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return found

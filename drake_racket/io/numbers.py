@@ -56,11 +56,17 @@ def plain_numbers(settings: Any) -> None:
     Equal settings then have one YAML and JSON text, whoever computed their numbers. What is no
     number is left as it is, for the checks to refuse.
     """
-    for item in dataclasses.fields(settings):
-        object.__setattr__(settings, item.name, _plain(getattr(settings, item.name)))
+    for name, value in vars(settings).items():
+        if type(value) not in _PLAIN:
+            object.__setattr__(settings, name, _plain(value))
+
+
+_PLAIN = frozenset({float, str, bool, type(None)})  # most are
 
 
 def _plain(value: Any) -> Any:
+    if type(value) in _PLAIN:
+        return value
     if isinstance(value, np.ndarray) and value.ndim:
         value = value.tolist()
     if isinstance(value, (list, tuple)):
@@ -103,6 +109,8 @@ _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", re.
 
 
 def _as_float(value: object) -> float | None:
+    if type(value) is float:
+        return value
     # to Python a NumPy duration is an integer, in whatever unit it has
     if not isinstance(value, numbers.Real) or isinstance(value, bool | np.timedelta64):
         return None

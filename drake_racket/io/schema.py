@@ -19,7 +19,7 @@ import math
 import typing
 import unicodedata
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, TypeVar
 
@@ -170,7 +170,9 @@ class _Text(Rule):
             text = str(value)
         except ValueError:  # an int beyond sys.get_int_max_str_digits()
             raise refusal(value, "a text") from None
-        if any(unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" for c in text):
+        if not text.isprintable() and any(
+            unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" for c in text
+        ):
             raise refusal(value, "a text without control characters")
         return text
 
@@ -240,12 +242,29 @@ def read(tree: Any, schema: type[T], where: str) -> T:
         raise InputError(where, "data nested too deeply", "plain data") from None
 
 
-def _translated(error: ValidationError, schema: Any, where: str) -> InputError:
+def check_fields(made: Any, names: Iterable[str], where: str) -> None:
+    """Checks some fields of a schema's object as `read` does; raises InputError."""
+    hints = _hints(typing.cast(Any, type(made)))
+    for name in names:
+        try:
+            _adapter(hints[name]).validate_python(getattr(made, name))
+        except ValidationError as error:
+            raise _translated(error, type(made), where, (name,)) from None
+
+
+@functools.cache
+def _hints(schema: Any) -> dict[str, Any]:
+    return typing.get_type_hints(schema, include_extras=True)
+
+
+def _translated(
+    error: ValidationError, schema: Any, where: str, below: tuple[str, ...] = ()
+) -> InputError:
     """The first finding as an InputError; an unknown key first: it explains a missing one."""
     found = error.errors(include_url=False)
     unknown = [e for e in found if e["type"] == "unexpected_keyword_argument"]
     first = (unknown or found)[0]
-    kind, place, value = first["type"], first["loc"], first["input"]
+    kind, place, value = first["type"], below + first["loc"], first["input"]
     key = f"{where}: {_dotted(place)}"
     if kind == "value_error":
         refused = first["ctx"]["error"]

@@ -9,11 +9,12 @@ if TYPE_CHECKING:
     from pydrake.multibody.parsing import PackageMap
 
 _HERE = Path(__file__).resolve().parent.parent
+_DATA = _HERE / "parameters" / "data"
 
 
 def data_directory() -> Path:
     """Gives the directory of the parameter files (YAML)."""
-    return _HERE / "parameters" / "data"
+    return _DATA
 
 
 def sdf_directory() -> Path:

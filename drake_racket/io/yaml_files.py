@@ -10,7 +10,7 @@ import functools
 import os
 import re
 import typing
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -107,30 +107,36 @@ def shipped_or_path(
     return data_directory() / f"{prefix}{text}.yaml"
 
 
-def load_file(path: str | Path, schema: type[T]) -> T:
+def load_file(
+    path: str | Path, schema: type[T], check: Callable[[T, str], None] | None = None
+) -> T:
     """Reads a YAML file into the frozen dataclass `schema`; see `schema.read`.
+
+    Equal texts share one object: a study loads the same few files thousands of times.
+
+    Args:
+        check: of the whole, which no single value shows; it gets the object and the file's name.
 
     Raises:
         InputError: the file cannot be read, is not YAML, or does not fit the schema.
 
     """
-    path = Path(path)
-    return load_text(read_text(path), schema, where=str(path))
+    made: T = _load(read_text(path), typing.cast(Any, schema), os.fspath(path), check)
+    return made
 
 
 def load_text(text: str, schema: type[T], *, where: str) -> T:
-    """Reads YAML `text` into the frozen dataclass `schema`; see `load_file`.
-
-    Equal texts share one object: a study loads the same few files thousands of times.
-    """
-    made: T = _load(text, typing.cast(Any, schema), where)
+    """Reads YAML `text` into the frozen dataclass `schema`; see `load_file`."""
+    made: T = _load(text, typing.cast(Any, schema), where, None)
     return made
 
 
 @functools.lru_cache(maxsize=64)
-def _load(text: str, schema: Any, where: str) -> Any:
-    tree = parse_tree(text, where)
-    return read(tree, schema, where)
+def _load(text: str, schema: Any, where: str, check: Any) -> Any:
+    made = read(parse_tree(text, where), schema, where)
+    if check is not None:
+        check(made, where)
+    return made
 
 
 def read_text(path: str | Path, most: int = MAX_BYTES) -> str:
@@ -140,19 +146,18 @@ def read_text(path: str | Path, most: int = MAX_BYTES) -> str:
         InputError: the file cannot be read, is large, or is no such text.
 
     """
-    path = Path(path)
     try:
-        with path.open("rb") as file:  # not stat: /dev/zero and pipes have no size
+        with open(path, "rb") as file:  # not stat: /dev/zero and pipes have no size
             data = file.read(most + 1)
     except (OSError, ValueError) as error:  # ValueError: a name with NUL or a lone surrogate
         reason = getattr(error, "strerror", None) or "not a file's name"
-        raise InputError("file", path, f"a readable YAML file ({reason})") from None
+        raise InputError("file", Path(path), f"a readable YAML file ({reason})") from None
     if len(data) > most:
         raise InputError(str(path), "a larger file", f"at most {most} bytes")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:
-        raise InputError("file", path, "a readable YAML file (not UTF-8 text)") from None
+        raise InputError("file", Path(path), "a readable YAML file (not UTF-8 text)") from None
 
 
 def dump_text(tree: Any) -> str:

@@ -130,6 +130,7 @@ def rest_lengths(
     return lengths
 
 
+@functools.cache
 def spring_formula(formula: str) -> tuple[int, int] | None:
     """Reads `k4` or `p6*k4` as 0-based (k, p), with p = -1 for none; None if it is neither."""
     pattern = r"(?:p([1-9]\d{0,2})\*)?k([1-9]\d{0,2})"

@@ -72,8 +72,9 @@ class ContactModel:
 CONSTANTS = slice(KB, AT_BALL)  # the nine constants of contact_law, in its order
 SIZE = 17
 # on a discrete plant only: see the system's docstring
-WEIGHT, RATE, LEAD, SEEN, POWER = 17, slice(18, 21), slice(21, 24), 24, slice(25, 31)
-DISCRETE_SIZE = 31
+WEIGHT, RATE, LEAD, SEEN = 17, slice(18, 21), slice(21, 24), 24
+ACTING, SPIN = slice(25, 34), slice(34, 37)
+DISCRETE_SIZE = 37
 
 NO_TIME = float("nan")
 """Of a touch or release that has not been."""
@@ -247,6 +248,13 @@ def release(record: Any, p: Any, time: Any) -> None:
     record[PHASE] = PASSED if p[2] < 0.0 else FREE
     record[RELEASE] = time
     record[GIVEN_UP] += stored_energy(-p[2], record[KB], record[HB])
+
+
+def late_release(record: Any, p: Any, v: Any, step: float) -> None:
+    """Gives up what was stored half a discrete step (s) ago: up to then the last force acted."""
+    stored = p[2] - 0.5 * step * v[2]
+    squares, cubes = stored * stored - p[2] * p[2], p[2] ** 3 - stored**3
+    record[GIVEN_UP] += 0.5 * record[KB] * squares + record[HB] * cubes / 3.0
 
 
 def value_of(x: Any) -> float:

@@ -141,8 +141,7 @@ def _add_drake(
         plant.WeldFrames(plant.world_frame(), frame, X_WB or RigidTransform())
     ties = _ties(plant, loaded)
     limb = find_limb(plant, find_frame(plant, hand, "limb: hand", first=before), ties=ties)
-    if plant.num_constraints() - constraints > len(ties):
-        _check_loops(plant, limb, loaded)
+    _check_loops(plant, limb, loaded, plant.num_constraints() - constraints - len(ties))
     notes = (note for file in loaded for note in file.notes)
     return replace(limb, notes=(*limb.notes, *notes))
 
@@ -159,15 +158,20 @@ def _ties(plant: MultibodyPlant, loaded: Sequence[Loaded]) -> list[Tie]:
             pair = [joints[n] for n in (mimic.follower, mimic.leader) if n in joints]
             if [joint.num_velocities() for joint in pair] == [1, 1]:
                 ties.append(Tie(pair[0], pair[1], mimic.ratio, mimic.offset))
+                if mimic.passed_over:
+                    plant.AddCouplerConstraint(*pair, mimic.ratio, mimic.offset)
     return ties
 
 
-def _check_loops(plant: MultibodyPlant, limb: Limb, loaded: Sequence[Loaded]) -> None:
-    """Refuses a constraint that closes a loop, unless a discrete plant has it off the chain."""
+def _check_loops(plant: MultibodyPlant, limb: Limb, loaded: Sequence[Loaded], untold: int) -> None:
+    """Refuses a constraint that closes a loop, unless a discrete plant has it off the chain.
+
+    `untold`: constraints of the plant beside ties; fewer than the files' if Drake passed one over.
+    """
     loops: list[Loop] = [loop for file in loaded for loop in read_loops(file.path)]
     graph = Graph(plant)
     on_chain = {joint.index() for joint in limb.joints}
-    for loop in loops or [Loop("constraint", ())]:
+    for loop in loops or [Loop("constraint", ())] * bool(untold):
         between = ", ".join(loop.bodies) or "bodies that the file does not name"
         found = f"a {loop.kind.replace('_', ' ')} between {between}"
         if plant.time_step() == 0.0:
@@ -178,6 +182,8 @@ def _check_loops(plant: MultibodyPlant, limb: Limb, loaded: Sequence[Loaded]) ->
         if way is None or any(joint.index() in on_chain for joint in way):
             allowed = "no constraint that closes a loop with the chain to the hand"
             raise InputError("limb: model", found, allowed)
+        if untold < len(loops):
+            raise InputError("limb: model", found, "constraints that this version of Drake reads")
 
 
 def _bodies_named(plant: MultibodyPlant, loaded: Sequence[Loaded], name: str) -> list[RigidBody]:

@@ -2,12 +2,13 @@
 
 import dataclasses
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import OneOf, Schema, Text, read, shown
+from drake_racket.io.schema import OneOf, Schema, Text, check_fields, read, shown
 from drake_racket.io.yaml_files import load_file, shipped_or_path
 from drake_racket.laws.contact import NORMAL_LAWS
 from drake_racket.parameters.quantities import Of, Quantity, check_name
@@ -88,15 +89,23 @@ def load_ball(
 
 def read_ball(path: str | Path) -> BallParameters:
     """Reads and checks one ball file; raises InputError."""
-    path = Path(path)
-    ball = load_file(path, BallParameters)
-    _check_whole(ball, str(path))
-    return ball
+    return load_file(path, BallParameters, _check_whole)
 
 
-def check_ball(ball: BallParameters, where: str = "ball") -> None:
-    """Checks units, signs and ranges; raises InputError."""
-    _check_whole(read(ball, BallParameters, where), where)
+def check_ball(
+    ball: BallParameters, where: str = "ball", changed: Iterable[str] | None = None
+) -> None:
+    """Checks units, signs and ranges; raises InputError.
+
+    Args:
+        changed: fields that alone may differ from what has been checked; None: all.
+
+    """
+    if changed is None:
+        read(ball, BallParameters, where)
+    else:
+        check_fields(ball, changed, where)
+    _check_whole(ball, where)
 
 
 def surface_of(ball: BallParameters) -> BallSurface:

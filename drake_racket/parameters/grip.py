@@ -12,13 +12,14 @@ and dampings of rackets in players' hands (data/grip_hand_medium.yaml).
 import dataclasses
 import math
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_text
-from drake_racket.io.schema import Schema, Text, read, shown
+from drake_racket.io.schema import Schema, Text, check_fields, read, shown
 from drake_racket.io.yaml_files import dump_text, load_file, shipped_or_path
 from drake_racket.parameters.quantities import Of, Quantities, Quantity
 
@@ -118,9 +119,7 @@ def load_grip(grip: str | os.PathLike[str] = "normal") -> GripStiffness:
 
     """
     path = shipped_or_path(grip, "grip", (*GRIPS, *HANDS), "grip_")
-    loaded = load_file(path, GripStiffness)
-    _check_whole(loaded, str(path))
-    return loaded
+    return load_file(path, GripStiffness, _check_whole)
 
 
 def write_grip(grip: GripStiffness, path: str | Path) -> None:
@@ -137,9 +136,20 @@ def write_grip(grip: GripStiffness, path: str | Path) -> None:
     write_text(text, path)
 
 
-def check_grip(grip: GripStiffness, where: str = "grip") -> None:
-    """Checks units, signs, counts and provenance; raises InputError."""
-    _check_whole(read(grip, GripStiffness, where), where)
+def check_grip(
+    grip: GripStiffness, where: str = "grip", changed: Iterable[str] | None = None
+) -> None:
+    """Checks units, signs, counts and provenance; raises InputError.
+
+    Args:
+        changed: fields that alone may differ from what has been checked; None: all.
+
+    """
+    if changed is None:
+        read(grip, GripStiffness, where)
+    else:
+        check_fields(grip, changed, where)
+    _check_whole(grip, where)
 
 
 def _check_whole(grip: GripStiffness, where: str) -> None:

@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-from collections.abc import Callable, Iterable, Mapping
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
@@ -38,7 +39,7 @@ _MEMBERS: dict[str, Callable[[int], str]] = {
     "rim_factors": lambda i: f"p{i + 1}",
     "coefficients": lambda i: f"mu{i + 1}",
 }
-_CHECKS: dict[type, Callable[[Any, str], None]] = {
+_CHECKS: dict[type, Callable[[Any, str, Iterable[str] | None], None]] = {
     RacketParameters: check_racket,
     BallParameters: check_ball,
     GripStiffness: check_grip,
@@ -75,8 +76,34 @@ def parameter_keys(
     return {
         key: ParameterKey(place.unit, place.value)
         for parameters in (racket, ball, grip)
-        for key, place in _places(parameters).items()
+        for key, place in _places_of(parameters).items()
     }
+
+
+def overridden_numbers(
+    names: Iterable[str],
+    parts: Sequence[RacketParameters | BallParameters | GripStiffness],
+    overrides: Mapping[str, Any],
+) -> dict[str, float]:
+    """Gives the numbers of keys, but single springs', as overrides leave them; not checked.
+
+    Args:
+        names: of the keys; one that the parts do not have is left out.
+        parts: without the overrides.
+
+    """
+    places = {k: place for part in parts for k, place in _places_of(part).items()}
+
+    def number_at(key: str) -> tuple[Any, ...]:  # a joint's number has two keys
+        return key.split(".")[0], places[key].path, places[key].member
+
+    set_to = {number_at(key): (key, x) for key, x in overrides.items() if key in places}
+    found = {}
+    for name in names:
+        if name in places:
+            key, value = set_to.get(number_at(name), (name, places[name].value))
+            found[name] = finite_number(f"overrides.{key}", value, "a finite number")
+    return found
 
 
 def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = "overrides") -> P:
@@ -94,7 +121,7 @@ def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = 
     mine = {key: value for key, value in overrides.items() if key.startswith(prefix)}
     if not mine:
         return parameters
-    places = _places(parameters)
+    places = _places_of(parameters)
     check_known(mine, places, where)
     numbers = {
         k: finite_number(f"{where}.{k}", v, f"a finite number ({places[k].unit})")
@@ -102,7 +129,8 @@ def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = 
     }
     _check_once(numbers, places, where)
     new = _with_numbers(parameters, numbers, places)
-    error = _error(new)
+    changed = {places[key].path[0] for key in mine}
+    error = _error(new, changed)
     if error is not None:
         raise _blame(error, parameters, numbers, places, where)
     return new
@@ -149,6 +177,21 @@ def _near(key: str, known: list[str]) -> str:
         if below:
             break
     return f"{stem or 'a key that begins with '}{', '.join(below)}"
+
+
+_KEPT = 32
+_kept: OrderedDict[int, tuple[object, dict[str, _Place]]] = OrderedDict()
+"""The places of the last parameters, by identity: a sweep asks for those of its files each case."""
+
+
+def _places_of(parameters: RacketParameters | BallParameters | GripStiffness) -> dict[str, _Place]:
+    found = _kept.get(id(parameters))
+    if found is None or found[0] is not parameters:
+        found = (parameters, _places(parameters))
+        _kept[id(parameters)] = found
+        while len(_kept) > _KEPT:
+            _kept.popitem(last=False)
+    return found[1]
 
 
 def _places(parameters: RacketParameters | BallParameters | GripStiffness) -> dict[str, _Place]:
@@ -252,10 +295,12 @@ def _with_own_springs(racket: RacketParameters) -> RacketParameters:
     return dataclasses.replace(racket, string_bed=new)
 
 
-def _error(parameters: RacketParameters | BallParameters | GripStiffness) -> InputError | None:
+def _error(
+    parameters: RacketParameters | BallParameters | GripStiffness, changed: Iterable[str] | None
+) -> InputError | None:
     kind = type(parameters)
     try:
-        _CHECKS[kind](parameters, _PREFIXES[kind])
+        _CHECKS[kind](parameters, _PREFIXES[kind], changed)
     except InputError as error:
         return error
     return None
@@ -272,7 +317,7 @@ def _blame(
     guilty = []
     for key in numbers:
         rest = {k: v for k, v in numbers.items() if k != key}
-        other = _error(_with_numbers(parameters, rest, places))
+        other = _error(_with_numbers(parameters, rest, places), None)
         if other is None or other.key != error.key:
             guilty.append(key)
     guilty = guilty or list(numbers)

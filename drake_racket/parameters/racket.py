@@ -13,6 +13,7 @@ import dataclasses
 import functools
 import math
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -20,7 +21,7 @@ from typing import Annotated
 from drake_racket.io.errors import InputError
 from drake_racket.io.notebooks.tables import html_table
 from drake_racket.io.numbers import FrozenDict
-from drake_racket.io.schema import Number, Schema, Text, read, shown
+from drake_racket.io.schema import Number, Schema, Text, check_fields, read, shown
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.units import measure
 from drake_racket.io.yaml_files import load_file, name_or_path
@@ -241,15 +242,23 @@ def _at_tension(racket: str, tension: str | float) -> RacketParameters:
 
 def read_racket(path: str | Path) -> RacketParameters:
     """Reads and checks one racket file; raises InputError."""
-    path = Path(path)
-    racket = load_file(path, RacketParameters)
-    _check_whole(racket, str(path))
-    return racket
+    return load_file(path, RacketParameters, _check_whole)
 
 
-def check_racket(racket: RacketParameters, where: str = "racket") -> None:
-    """Checks units, signs, counts, assignments and geometry; raises InputError."""
-    _check_whole(read(racket, RacketParameters, where), where)
+def check_racket(
+    racket: RacketParameters, where: str = "racket", changed: Iterable[str] | None = None
+) -> None:
+    """Checks units, signs, counts, assignments and geometry; raises InputError.
+
+    Args:
+        changed: fields that alone may differ from what has been checked; None: all.
+
+    """
+    if changed is None:
+        read(racket, RacketParameters, where)
+    else:
+        check_fields(racket, changed, where)
+    _check_whole(racket, where)
 
 
 def _check_whole(racket: RacketParameters, where: str) -> None:

@@ -25,6 +25,8 @@ def balance(
 ) -> Balance:
     """Gives the balance of one racket and one ball at the state of `root`.
 
+    Of a discrete plant with the velocities of that instant, half-way to those of its next step.
+
     Args:
         impact: of the racket and the ball.
         meter: the EnergyMeter of the impact; its totals are what is lost so far.
@@ -39,8 +41,13 @@ def balance(
     if impact.ball is None or impact.contact is None:
         raise InputError("balance: impact", "without a ball", "an impact with a ball")
     parts = Parts(impact, meter, limb=limb)
-    observer = Observer(parts, root)
-    time, contact, state, record, element, totals = observer.states(observer.state()[None])
+    discrete = impact.racket.plant.time_step() > 0.0
+    observer = Observer(parts, root.Clone() if discrete else root)
+    row = observer.state()
+    if discrete:
+        observer.bring_to_time(row[None], observer.ahead(), given=False)
+        observer.set_state(row)
+    time, contact, state, record, element, totals = observer.states(row[None])
     trajectory = Trajectory(
         mechanism=mechanism_of(parts, root),
         time=time,

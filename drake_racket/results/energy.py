@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.engines.trajectory import Mechanism, Motion, Trajectory
+from drake_racket.engines.trajectory import Mechanism, Motion, Trajectory, cross
 from drake_racket.laws.contact import CONTACT, stored_energy
 from drake_racket.laws.limits import limit_energies
 from drake_racket.laws.phases import GIVEN_UP, HB, KB, PHASE
@@ -229,11 +229,11 @@ class Momenta:
         c = np.einsum("mbij,bj->mbi", rotation[:, b], bodies.com[b])
         moments[:, b] = rotation[:, b] @ central[b] @ np.swapaxes(rotation[:, b], -1, -2)
         place[:, b] += c
-        velocity[:, b] += np.cross(w[:, b], c)
+        velocity[:, b] += cross(w[:, b], c)
         spin[:, b] = np.einsum("mbij,mbj->mbi", moments[:, b], w[:, b])
         linear = bodies.mass[:, None] * velocity
         kinetic = np.einsum("mbi,mbi->mb", linear, velocity) + np.einsum("mbi,mbi->mb", spin, w)
-        angular = spin + np.cross(place, linear)
+        angular = spin + cross(place, linear)
         return Momenta(bodies.mass, place, moments, linear, angular, 0.5 * kinetic)
 
     def kinetic_energy(self, bodies: Sequence[int]) -> Array:
@@ -258,7 +258,7 @@ def rigid_motion(moving: Momenta, bodies: Sequence[int]) -> RigidMotion:
     total = float(np.sum(moving.mass[chosen]))
     com = moving.centre_of_mass(chosen)
     linear = np.sum(moving.linear[:, chosen], axis=1)
-    angular = np.sum(moving.angular[:, chosen], axis=1) - np.cross(com, linear)
+    angular = np.sum(moving.angular[:, chosen], axis=1) - cross(com, linear)
     arms = moving.place[:, chosen] - com[:, None, :]
     moments = np.sum(moving.moments[:, chosen], axis=1)
     moments += np.einsum("b,mbij->mij", moving.mass[chosen], _square(arms))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -287,6 +288,11 @@ def _geometry(case: Case, mechanism: Mechanism) -> str:
     return json.dumps(lengths | {"segments": [list(pair) for pair in mechanism.segments]})
 
 
+@functools.cache
+def _version(package: str) -> str:
+    return version(package)
+
+
 def _attributes(case: Case) -> dict[str, Any]:
     in_plane, out_of_plane = frame_fundamentals(case.racket)
     return {
@@ -295,7 +301,7 @@ def _attributes(case: Case) -> dict[str, Any]:
         "racket": json.dumps(dataclasses.asdict(case.racket)),
         "frame_in_plane_hz": in_plane,
         "frame_out_of_plane_hz": out_of_plane,
-        "drake_racket_version": version("drake-racket"),
-        "drake_version": version("drake"),
+        "drake_racket_version": _version("drake-racket"),
+        "drake_version": _version("drake"),
         "source": "Glynn, King & Mitchell (2011), doi:10.1007/s12283-010-0056-x",
     }

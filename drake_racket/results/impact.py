@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.cases.case import Case
-from drake_racket.engines.trajectory import Trajectory
+from drake_racket.engines.trajectory import Trajectory, cross
 from drake_racket.io.notebooks.tables import html_table
 from drake_racket.io.numbers import json_data
 from drake_racket.laws.contact import CONTACT
@@ -305,7 +305,7 @@ def _initial_motion(
     R_WR = trajectory.motion.poses[0, handle, :, :3]
     spatial = trajectory.motion.velocities[0, handle]
     aim = R_WR @ case.scenario.aim(case.racket)
-    return R_WR, (spatial[3:] + np.cross(spatial[:3], aim)) @ R_WR
+    return R_WR, (spatial[3:] + cross(spatial[:3], aim)) @ R_WR
 
 
 def _ball_velocities(trajectory: Trajectory) -> NDArray[np.float64]:

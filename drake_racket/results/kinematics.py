@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.engines.trajectory import Motion, Place
+from drake_racket.engines.trajectory import Motion, Place, cross
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def positions(motion: Motion, place: Place) -> Array:
 def velocities(motion: Motion, place: Place) -> Array:
     """Gives v_WFo_W (m, 3) of a frame's origin (m/s): v + w x r."""
     spatial = motion.velocities[:, place.body]
-    return spatial[:, 3:] + np.cross(spatial[:, :3], arms(motion, place))
+    return spatial[:, 3:] + cross(spatial[:, :3], arms(motion, place))
 
 
 def sensor_accelerations(motion: Motion, place: Place) -> Array:
@@ -44,7 +44,7 @@ def sensor_accelerations(motion: Motion, place: Place) -> Array:
     """
     r, w = arms(motion, place), motion.velocities[:, place.body, :3]
     alpha, a = motion.sensor_acceleration[:, :3], motion.sensor_acceleration[:, 3:]
-    total: Array = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
+    total: Array = a + cross(alpha, r) + cross(w, cross(w, r))
     return in_axes(rotations(motion, place.body), total)
 
 

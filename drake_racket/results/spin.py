@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.cases.case import Case
-from drake_racket.engines.trajectory import Trajectory
+from drake_racket.engines.trajectory import Trajectory, cross
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import OFFSET_X, OFFSET_Y, PHASE
 from drake_racket.laws.surface import CT, GRIPS, KT, SINCE, SLID
@@ -105,7 +105,7 @@ def tangential_restitution(
         return None
     radius = case.ball.radius.value
     before, after = (
-        (v - aim + np.cross(w, [0.0, 0.0, -radius]))[:2]
+        (v - aim + cross(w, np.array([0.0, 0.0, -radius])))[:2]
         for v, w in zip(velocities, spins, strict=True)
     )
     size = float(np.linalg.norm(before))
@@ -128,7 +128,7 @@ def angular_impulse(
         arm = trajectory.state[sample, place : place + 3] - origin
         v = trajectory.state[sample, velocity : velocity + 3]
         spin = moment * ball_spins(trajectory)[sample]
-        momenta.append(case.ball.mass.value * np.cross(arm, v) + spin)
+        momenta.append(case.ball.mass.value * cross(arm, v) + spin)
     found: Array = (momenta[0] - momenta[1]) @ R_WR
     return found
 

@@ -18,6 +18,7 @@ from drake_racket.io.errors import SimulationError
 from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.sweep.spec import Sweep
 from drake_racket.sweep.store import CaseRow
+from drake_racket.sweep.worker import may_run_compiled
 
 _NOTHING = 1e-9
 """Magnitude (SI) below which an output is rounding, as an angle that symmetry forbids."""
@@ -85,13 +86,18 @@ def _rank(value: float) -> float:
     return math.inf if math.isnan(value) else value
 
 
-def sample(sweep: Sweep, compiled: Sequence[int]) -> list[int]:
-    """Chooses the cases to compare among those that may have run compiled; sorted."""
+def sample(sweep: Sweep, finished: Sequence[int]) -> list[int]:
+    """Chooses the cases to compare among the finished ones that may have run compiled; sorted."""
     wanted = sweep.check.count(len(sweep))
-    if not HAS_NUMBA or not compiled or not wanted:
+    if not HAS_NUMBA or not wanted:
         return []
-    chosen = np.random.default_rng(SEED).permutation(np.sort(compiled))[:wanted]
-    return sorted(int(case) for case in chosen)
+    chosen: list[int] = []
+    for case in np.random.default_rng(SEED).permutation(np.sort(np.asarray(finished, dtype=int))):
+        if may_run_compiled(sweep.scenario(int(case))):
+            chosen.append(int(case))
+            if len(chosen) == wanted:
+                break
+    return sorted(chosen)
 
 
 def in_drake(sweep: Sweep) -> Sweep:

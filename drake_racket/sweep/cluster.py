@@ -5,17 +5,19 @@ from __future__ import annotations
 import contextlib
 import queue
 import time
+from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from drake_racket.io.errors import InputError, WorkStopped, one_line
 from drake_racket.io.extras import need_library
+from drake_racket.sweep.chunks import Chunks
 from drake_racket.sweep.worker import (
     CaseOutcome,
     CaseTask,
     DifferentWorker,
     failed,
-    run_case,
+    run_chunk,
 )
 
 if TYPE_CHECKING:
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
 
 WAIT = 60.0
 """Seconds within which a cluster must have a worker, and be reached."""
+
+TOGETHER = 2.0
+"""Seconds of work in one of Dask's tasks, each of which costs its scheduler about a millisecond."""
 
 _LOOK = 1.0  # seconds between looks at the cluster while no case finishes
 
@@ -70,6 +75,8 @@ def run_on_cluster(
 ) -> Generator[list[CaseOutcome], None, None]:
     """Runs the cases on a Dask cluster; Dask runs again what a lost worker had.
 
+    A task of Dask's is a chunk of cases that take about TOGETHER seconds.
+
     Raises:
         InputError: no workers within `WAIT`, or workers with other code.
         ClusterLost: the scheduler went away.
@@ -92,15 +99,16 @@ class _Cases:
     """The cases that are on the cluster."""
 
     def __init__(self, client: Any, tasks: Iterable[CaseTask]) -> None:
-        self.running: dict[Any, tuple[Any, CaseTask]] = {}  # future and case by the future's key
+        self.running: dict[Any, tuple[Any, list[CaseTask]]] = {}  # future, chunk by its key
         self._client = client
-        self._tasks = iter(tasks)
+        self._chunks = Chunks(tasks, TOGETHER)
+        self._singles: deque[list[CaseTask]] = deque()
         self._done: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._room, self._looked = 0, -_LOOK
         self._staffed, self._started = False, time.monotonic()
 
     def fill(self) -> None:
-        """Hands out cases: three for each thread of the cluster, so that none waits for work.
+        """Hands out chunks: three for each thread of the cluster, so that none waits for work.
 
         Some before there is a worker: an adaptive cluster starts workers when there is work.
         """
@@ -114,15 +122,15 @@ class _Cases:
             self._room = 3 * max(1, threads)
             self._looked = time.monotonic()
         while len(self.running) < self._room:
-            task = next(self._tasks, None)
-            if task is None:
+            chunk = self._singles.popleft() if self._singles else next(self._chunks, None)
+            if chunk is None:
                 return
-            future = self._client.submit(run_case, task, pure=False)
-            self.running[future.key] = future, task
+            future = self._client.submit(run_chunk, chunk, pure=False)
+            self.running[future.key] = future, chunk
             future.add_done_callback(self._done.put)
 
     def collect(self) -> list[CaseOutcome]:
-        """Waits a moment for an outcome, and takes all that are there."""
+        """Waits a moment for outcomes, and takes all that are there."""
         futures = []
         try:
             futures.append(self._done.get(timeout=_LOOK))
@@ -148,13 +156,17 @@ class _Cases:
         """What a future has; nothing if Dask has to compute it again."""
         from distributed import CancelledError, KilledWorker
 
-        _, task = self.running[future.key]
+        _, chunk = self.running[future.key]
+        task = chunk[0]
         try:
-            outcome: CaseOutcome = future.result(timeout=WAIT)
+            outcomes: list[CaseOutcome] = future.result(timeout=WAIT)
         except KilledWorker:  # by Dask's setting distributed.scheduler.allowed-failures
-            outcome = failed(
-                task.case, len(task.settings.outputs), "workers died in it again and again"
-            )
+            outcomes = []
+            if len(chunk) > 1:  # in one of them
+                self._singles.extend([task] for task in chunk)
+            else:
+                reason = "workers died in it again and again"
+                outcomes = [failed(task.case, len(task.settings.outputs), reason)]
         except (CancelledError, OSError, TimeoutError) as error:
             if isinstance(error, CancelledError) or self._client.status != "running":
                 raise self._lost() from None
@@ -170,7 +182,8 @@ class _Cases:
             raise InputError("--scheduler", self._address(), allowed) from None
         del self.running[future.key]
         future.release()
-        return [outcome]
+        self._chunks.learn(outcomes)
+        return outcomes
 
     def _threads(self) -> int:
         try:

@@ -23,7 +23,7 @@ from drake_racket.sweep.identity import fingerprint
 from drake_racket.sweep.runner import Outcomes, run_cases
 from drake_racket.sweep.spec import Sweep
 from drake_racket.sweep.store import SweepStore, case_rows, check_rows, remove_sweep
-from drake_racket.sweep.worker import CaseOutcome, failed, may_run_compiled
+from drake_racket.sweep.worker import CaseOutcome, failed
 
 if TYPE_CHECKING:
     import distributed
@@ -223,10 +223,9 @@ def _run_checks(
     report: Report,
 ) -> None:
     """Runs some of the cases in Drake once more, as `check` has it."""
-    failures = store.finished()
-    compiled = [c for c in plan.order() if not failures[c] and may_run_compiled(sweep.scenario(c))]
+    finished = [case for case, failed in store.finished().items() if not failed]
     have = {row.case for row in check_rows(store)}
-    cases = [case for case in sample(sweep, compiled) if case not in have]
+    cases = [case for case in sample(sweep, finished) if case not in have]
     if not cases:
         return
     drake, start = in_drake(sweep), time.monotonic()

@@ -6,13 +6,18 @@ topology, which is built from the first case of that topology: results depend on
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import os
+import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from drake_racket.io.fingerprint import as_text, computation
+from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.pool import run_in_processes
 from drake_racket.sweep.cases import CasePlan
+from drake_racket.sweep.chunks import Chunks
 from drake_racket.sweep.cluster import run_on_cluster
 from drake_racket.sweep.spec import Sweep
 from drake_racket.sweep.worker import (
@@ -20,8 +25,9 @@ from drake_racket.sweep.worker import (
     CaseSettings,
     CaseTask,
     DataReader,
+    each_case,
     failed,
-    run_case,
+    run_chunk,
 )
 
 if TYPE_CHECKING:
@@ -29,6 +35,13 @@ if TYPE_CHECKING:
 
 MOST_BUILDS = 60
 """Diagrams after which a process is replaced: on Drake 1.51 they are not freed (0.5 MB each)."""
+
+TOGETHER = 0.5
+"""Seconds of work whose outcomes come together: each batch is written to the disk before the next,
+and what a killed process had not handed over runs again."""
+
+MOST_THREADS = 8
+"""For machine code beside the thread that reads cases, which keeps no more than a few busy."""
 
 Outcomes = Generator[list[CaseOutcome], None, None]
 
@@ -81,24 +94,50 @@ def _tasks(
 
 
 def _run_here(tasks: Iterable[CaseTask]) -> Outcomes:
-    for task in tasks:
-        yield [run_case(task)]
+    """Runs cases in this process: what is finished comes after each `TOGETHER` seconds."""
+    finished: list[CaseOutcome] = []
+    since = time.monotonic()
+    with contextlib.closing(each_case(tasks, _threads())) as outcomes:
+        try:
+            for outcome in outcomes:
+                finished.append(outcome)
+                if time.monotonic() - since > TOGETHER:
+                    yield finished
+                    finished, since = [], time.monotonic()
+        except (Exception, KeyboardInterrupt):
+            if finished:  # what is finished is kept, whatever ends the rest
+                yield finished
+            raise
+    if finished:
+        yield finished
+
+
+def _threads() -> int:
+    """Threads for machine code; one processor is left to what reads the cases."""
+    return max(1, min(MOST_THREADS, len(os.sched_getaffinity(0)) - 1)) if HAS_NUMBA else 0
 
 
 def _run_in_pool(tasks: Iterable[CaseTask], workers: int, strict: bool) -> Outcomes:
+    chunks = Chunks(tasks, TOGETHER)
     batches = run_in_processes(
-        run_case, tasks, workers, died=None if strict else _died, worn=_is_worn
+        run_chunk, chunks, workers, died=None if strict else _died, split=_singles, worn=_is_worn
     )
     try:
         for batch in batches:
-            yield [outcome for _, outcome in batch]
+            outcomes = [outcome for _, found in batch for outcome in found]
+            chunks.learn(outcomes)
+            yield outcomes
     finally:
         batches.close()
 
 
-def _died(task: CaseTask, reason: str) -> CaseOutcome:
-    return failed(task.case, len(task.settings.outputs), reason)
+def _singles(chunk: list[CaseTask]) -> list[list[CaseTask]]:
+    return [[task] for task in chunk]
 
 
-def _is_worn(outcome: CaseOutcome) -> bool:
-    return outcome.builds >= MOST_BUILDS
+def _died(chunk: list[CaseTask], reason: str) -> list[CaseOutcome]:
+    return [failed(task.case, len(task.settings.outputs), reason) for task in chunk]
+
+
+def _is_worn(outcomes: list[CaseOutcome]) -> bool:
+    return any(outcome.builds >= MOST_BUILDS for outcome in outcomes)

@@ -1,13 +1,16 @@
-"""Does in a process, wherever it is, what one case of a sweep needs."""
+"""Does in a process, wherever it is, what the cases of a sweep need."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,8 +28,9 @@ from drake_racket.sweep.identity import file_hashes
 
 if TYPE_CHECKING:
     import xarray
+    from pydrake.systems.framework import Context
 
-    from drake_racket.engines.compiled.engine import CompiledImpact
+    from drake_racket.engines.compiled.engine import CompiledImpact, Samples, Start
 
 MOST_DIAGRAMS = 8
 """Diagrams that a process keeps."""
@@ -112,50 +116,156 @@ def failed(case: int, outputs: int, reason: str, seconds: float = 0.0) -> CaseOu
     return CaseOutcome(case, [math.nan] * outputs, one_line(reason), seconds=seconds)
 
 
-def run_case(task: CaseTask) -> CaseOutcome:
-    """Runs one case; what goes wrong in it becomes its outcome.
+def run_chunk(tasks: Sequence[CaseTask]) -> list[CaseOutcome]:
+    """Runs some cases, in a process of a pool or of a cluster; see `each_case`."""
+    return list(each_case(tasks))
+
+
+def each_case(tasks: Iterable[CaseTask], threads: int = 0) -> Generator[CaseOutcome, None, None]:
+    """Runs cases and yields their outcomes in order; what goes wrong in one becomes its outcome.
+
+    Args:
+        tasks: taken as there is room for them.
+        threads: in which machine code runs beside this one, which reads the next cases meanwhile;
+            0 for none. No outcome depends on it.
 
     Raises:
         DifferentWorker: this process has other code, or other files, than the sweep's own.
-        Exception: any of the case's, if the settings are strict.
+        Exception: any of a case's, if the settings are strict.
 
     """
-    settings = task.settings
+    waiting: deque[_Running] = deque()
+    contexts: dict[CompiledImpact, list[Context]] = {}
+    with contextlib.ExitStack() as stack:
+        pool = None
+        if threads:
+            pool = ThreadPoolExecutor(threads)
+            stack.callback(pool.shutdown, cancel_futures=True)
+        for task in tasks:
+            waiting.append(_begin(task, pool, contexts))
+            if len(waiting) > threads:
+                yield _end(waiting.popleft(), contexts)
+        while waiting:
+            yield _end(waiting.popleft(), contexts)
+
+
+@dataclass(frozen=True)
+class _Integration:
+    """A case that runs compiled: its samples are there, or will be, with the seconds they took."""
+
+    case: Case
+    model: CompiledImpact
+    start: Start
+    samples: Future[tuple[Samples, float]]
+
+
+@dataclass
+class _Running:
+    """A case that has begun.
+
+    Attributes:
+        compiled: of one that runs compiled.  drake: of one that has run in Drake.
+        error: what went wrong so far.
+        seconds: of work so far, but for those of the samples.
+
+    """
+
+    task: CaseTask
+    history: bool
+    compiled: _Integration | None = None
+    drake: ImpactResult | None = None
+    error: Exception | None = None
+    seconds: float = 0.0
+
+
+def _begin(
+    task: CaseTask, pool: Executor | None, contexts: dict[CompiledImpact, list[Context]]
+) -> _Running:
+    """Reads a case, and runs it, or hands its integration to the pool."""
+    settings, began = task.settings, time.perf_counter()
+    now = _Running(task, task.data or any(output.needs_history for output in settings.outputs))
     with _one_at_a_time:
         _check_computation(as_text(settings.computation))
         _check_files(settings.files)
-        start = time.perf_counter()
-        history = task.data or any(output.needs_history for output in settings.outputs)
-        data = None
         try:
-            system = _diagram(task.builder)
-            result, engine = _simulate(task, system, history)
+            case = resolve(task.scenario)
+            model = _model_for(case, task.builder)
+            if model is None:
+                now.drake = simulate(task.scenario, _diagram(task.builder), history=now.history)
+            else:
+                free = contexts.setdefault(model, [])
+                start = model.start(case, free.pop() if free else model.system.create_context())
+        except Exception as error:  # whatever a case does, the sweep goes on
+            now.error, model = error, None
+    now.seconds = time.perf_counter() - began
+    if model is not None:
+        now.compiled = _Integration(case, model, start, _submitted(pool, model, case, start))
+    return now
+
+
+def _submitted(
+    pool: Executor | None, model: CompiledImpact, case: Case, start: Start
+) -> Future[tuple[Samples, float]]:
+    """The samples of a run and the seconds that it took, in the pool; at once if there is none."""
+
+    def samples() -> tuple[Samples, float]:
+        began = time.perf_counter()
+        return model.samples(case, start), time.perf_counter() - began
+
+    if pool is not None:
+        return pool.submit(samples)
+    done: Future[tuple[Samples, float]] = Future()
+    try:
+        done.set_result(samples())
+    except Exception as error:
+        done.set_exception(error)
+    return done
+
+
+def _end(now: _Running, contexts: dict[CompiledImpact, list[Context]]) -> CaseOutcome:
+    """Gives the outcome of a case that has begun, once its samples are there."""
+    task, settings, data = now.task, now.task.settings, None
+    if now.compiled is not None:
+        wait([now.compiled.samples])
+    began = time.perf_counter()
+    with _one_at_a_time:
+        try:
+            result = _result(now, contexts)
             values = read_outputs(result, settings.outputs)
             if task.data:
+                system = _diagram(task.builder)
                 data = settings.reader(result, system) if settings.reader else result.history
-        except Exception as error:  # whatever a case does, the sweep goes on
+        except Exception as error:
             if settings.strict:
                 raise
             reason = f"{type(error).__name__}: {error}"
-            return failed(task.case, len(settings.outputs), reason, time.perf_counter() - start)
-        return CaseOutcome(
-            case=task.case,
-            values=values,
-            warnings=result.warnings,
-            seconds=time.perf_counter() - start,
-            builds=_diagram.cache_info().misses,
-            data=data,
-            engine=engine,
-        )
+            seconds = now.seconds + time.perf_counter() - began
+            return failed(task.case, len(settings.outputs), reason, seconds)
+    return CaseOutcome(
+        case=task.case,
+        values=values,
+        warnings=result.warnings,
+        seconds=now.seconds + time.perf_counter() - began,
+        builds=_diagram.cache_info().misses,
+        data=data,
+        engine="drake" if now.compiled is None else "compiled",
+    )
 
 
-def _simulate(task: CaseTask, system: ImpactDiagram, history: bool) -> tuple[ImpactResult, str]:
-    """Runs a case in the engine that it names, or, with `auto`, compiled where that can be."""
-    case = resolve(task.scenario)
-    model = _model_for(case, task.builder)
-    if model is None:
-        return simulate(task.scenario, system, history=history), "drake"
-    return make_result(case, model.run(case, every_sample=history), history=history), "compiled"
+def _result(now: _Running, contexts: dict[CompiledImpact, list[Context]]) -> ImpactResult:
+    if now.error is not None:
+        raise now.error
+    if now.compiled is None:
+        assert now.drake is not None
+        return now.drake
+    case, model, start = now.compiled.case, now.compiled.model, now.compiled.start
+    try:
+        samples, seconds = now.compiled.samples.result()
+        now.seconds += seconds
+        trajectory = model.trajectory(start, samples, every_sample=now.history)
+        return make_result(case, trajectory, history=now.history)
+    finally:
+        contexts[model].append(start.root)
 
 
 def _model_for(case: Case, builder: str) -> CompiledImpact | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import sys
@@ -67,6 +68,9 @@ def test_citation_file_and_references_agree():
     assert paper.title == printed["title"]
     assert (paper.volume, paper.number) == (str(printed["volume"]), str(printed["issue"]))
     assert paper.pages == f"{printed['start']}-{printed['end']}"
+    assert f"{paper.where} {paper.volume}({paper.number}):{paper.pages}. doi:" in paper.text()
+    plain = dataclasses.replace(paper, volume="", number="", pages="", doi="", where="A place")
+    assert plain.text().endswith(f". {paper.title}. A place.")
     assert [a.split(",")[0] for a in paper.authors] == [
         a["family-names"] for a in printed["authors"]
     ]

@@ -6,10 +6,21 @@ import dataclasses
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 
-from drake_racket import LimbSettings, Scenario, make_impact_diagram, resolve, run_drake, simulate
+from drake_racket import (
+    LimbSettings,
+    Scenario,
+    balance,
+    make_impact_diagram,
+    resolve,
+    run_drake,
+    simulate,
+)
+from drake_racket.engines.drake.leapfrog import brought_to_time
 from drake_racket.laws.contact import CONTACT
-from drake_racket.laws.phases import PHASE
+from drake_racket.laws.phases import DISCRETE_SIZE, PHASE, SEEN, WEIGHT
+from drake_racket.laws.totals import TOTALS
 from drake_racket.results import kinematics
 from drake_racket.results.energy import Momenta, rigid_motion
 
@@ -140,6 +151,9 @@ def test_momentum_and_rigid_motion_are_drakes(ran):
         about = inertia.Shift(com).CalcRotationalInertia().CopyToFullMatrix3()
         spin = plant.CalcSpatialMomentumInWorldAboutPoint(context, [racket.model_instance], com)
         w = np.linalg.solve(about, spin.rotational())
+        mass = sum(body.default_mass() for body in racket.bodies())
+        energy = 0.5 * (linear @ linear / mass + spin.rotational() @ w)
+        assert rigid.kinetic_energy[sample] == pytest.approx(energy, rel=1e-9, abs=1e-12)
         np.testing.assert_allclose(rigid.angular_velocity[sample], w, rtol=1e-9, atol=1e-9)
 
 
@@ -193,3 +207,53 @@ def test_touch_and_release_are_samples():
     assert trajectory.contact[inside[0], 4] > 100.0  # cb v: the force jumps
     assert dataclasses.replace(trajectory, steps=1).steps == 1
     assert record[PHASE] != CONTACT
+
+
+def test_a_leapfrog_brought_to_time_is_of_second_order():
+    """An oscillator of 1 rad/s: energies of q and v as they stand are off by h/2 of their power."""
+
+    def open_by(h):
+        q, v = [0.8], [0.6 + 0.5 * h * 0.8]
+        for _ in range(round(2.0 / h)):
+            v.append(v[-1] - h * q[-1])
+            q.append(q[-1] + h * v[-1])
+        # a sample between two steps has the state of the second, and no contact
+        q, v = (np.array([x[0], *x])[:, None] for x in (q, v))
+        record, totals = np.zeros((len(q), DISCRETE_SIZE)), np.zeros((len(q), TOTALS))
+        there, _ = brought_to_time(q, v, record, totals, given=False)
+        assert there.shape == (len(q) - 1, 1)
+        assert there[0] == there[1]
+        energy = 0.5 * (there**2 + q[:-1] ** 2)
+        return np.max(np.abs(energy - 0.5))
+
+    assert open_by(1e-2) < 2e-5
+    assert open_by(2e-2) == pytest.approx(4.0 * open_by(1e-2), rel=0.05)
+
+
+def test_what_a_discrete_step_loses_is_there_half_of_it_in():
+    record, totals = np.zeros((4, DISCRETE_SIZE)), np.zeros((4, TOTALS))
+    record[:, SEEN] = 0.0
+    record[1:, PHASE], record[1:, WEIGHT] = CONTACT, [1.25, 1.0, 1.0]
+    totals[:, 0] = totals[:, 3] = totals[:, 6] = [0.0, 10.0, 30.0, 60.0]
+    q = np.arange(4.0)[:, None]
+    v, lost = brought_to_time(q, 2.0 * q, record, totals, given=False)
+    np.testing.assert_allclose(lost[:, 0], [6.0, 20.0, 45.0])  # (1.25 - 0.5) / 1.25 of the first
+    np.testing.assert_allclose(lost[:, 3], lost[:, 0])
+    np.testing.assert_allclose(lost[:, 6], [0.0, 10.0, 30.0])  # a damper's own: the midpoint rule
+    np.testing.assert_allclose(v[:, 0], [1.2, 3.0, 5.0])
+    v, _ = brought_to_time(q, 2.0 * q, record, totals)
+    np.testing.assert_allclose(v[:, 0], [0.0, 3.0, 5.0])
+
+
+@pytest.mark.parametrize(("when", "closes"), [(3e-3, 3e-4), (3.01e-3, 3e-3)])
+def test_the_balance_of_ones_own_discrete_run(when, closes):
+    """In contact, at a step of the plant and between two."""
+    case = resolve(Scenario(support="clamped_head", time_step=2e-5))
+    system = make_impact_diagram(case)
+    simulator = Simulator(system.diagram, system.create_context(case))
+    root = simulator.get_mutable_context()
+    before = balance(system.impact, system.meter, root, held=True)
+    simulator.AdvanceTo(when)
+    after = balance(system.impact, system.meter, root, held=True)
+    assert after.contact > 1.0
+    assert after.total() == pytest.approx(before.total(), rel=closes)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import linregress
+from scipy.stats import chi2, linregress
 
-from drake_racket.identify.ball.by_speed import fit_speed
+from drake_racket.identify.ball.by_speed import SPEED_SIGMA, fit_speed
 from drake_racket.identify.ball.fit import BallImpact, fit_ball, group_by_speed, read_ball_impacts
-from drake_racket.identify.ball.impacts import find_contact
+from drake_racket.identify.ball.impacts import find_contact, resting_offset
 from drake_racket.identify.ball.plate_problem import PlateProblem
 from drake_racket.identify.ball.plate_sensitivity import plate_force
 from drake_racket.identify.ball.speed_line import speed_line
@@ -234,6 +234,8 @@ def test_line_by_fit_is_weighted_least_squares() -> None:
     (b, a), covariance = np.polyfit(speeds, values, 1, w=1.0 / sigma, cov="unscaled")
     assert (line.slope, line.at(0.0).value) == pytest.approx((b, a))
     assert line.gradient().standard_error == pytest.approx(math.sqrt(covariance[0, 0]))
+    squares = np.sum(((values - a - b * speeds) / sigma) ** 2)
+    assert line.misfit == pytest.approx(chi2.sf(squares, 1))
     assert line.at(0.0).standard_error == pytest.approx(math.sqrt(covariance[1, 1]))
 
 
@@ -441,3 +443,11 @@ def test_dataset_and_figure_show_the_fit() -> None:
     assert line.get_ydata()[0] == pytest.approx(45.0, rel=0.02)
     residuals = figure.axes[1].get_lines()[0].get_ydata()
     assert np.sqrt(np.mean(residuals**2)) == pytest.approx(fit.groups[0].rms, rel=1e-9)
+
+
+def test_offset_before_anything_happens() -> None:
+    """Known from twenty samples on, and only where noise does not explain it."""
+    assert resting_offset(np.full(20, 0.5)) == 0.5
+    assert resting_offset(np.full(19, 0.5)) == 0.0
+    assert resting_offset(0.1 + np.tile([1.0, -1.0], 20)) == 0.0
+    assert SPEED_SIGMA == 0.1  # m/s: Glynn et al. 2011 give speeds to that

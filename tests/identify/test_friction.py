@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -67,10 +68,24 @@ def test_friction_of_a_sliding_ball_in_closed_form(sliding: FrictionFit) -> None
     # friction mu N v / sqrt(v^2 + s^2), s = 0.02 m/s, lacks s^2/2v^2 of mu: 1e-6 at 15 m/s
     assert found == pytest.approx(TRUE, rel=1e-5)
     assert sliding.sliding.all()
+    assert not any("moves it by" in text for text in sliding.warnings)
     for name, e in sliding.estimates.items():
         slope = 100.0 * sliding.sensitivity[name]  # deg per 1
         half = 0.5 * (e.interval[1] - e.interval[0])
         assert half == pytest.approx(1.96 * 0.1 / slope, rel=0.02)
+
+
+def test_intervals_of_unknown_noise_are_students() -> None:
+    """Each angle twice, 0.1 deg too large and too small: s^2 = 6 0.1^2 / 3, of three freedoms."""
+    once = sliding_table(60.0, None)
+    angle = np.concatenate([once.angle + 0.1, once.angle - 0.1])
+    twice = replace(once.rows(np.tile(np.arange(3), 2)), angle=angle)
+    fitted = fit_friction(twice, load_racket(), load_ball(), options=ONE)
+    assert fitted.result.residual_sigma == pytest.approx(0.1 * math.sqrt(2.0), rel=1e-3)
+    for name, e in fitted.estimates.items():
+        slope = 100.0 * fitted.sensitivity[name]  # deg per 1, of either angle
+        half = 0.5 * (e.interval[1] - e.interval[0])
+        assert half == pytest.approx(3.1824 * 0.1 / slope, rel=0.02)
 
 
 def test_derivatives_are_those_of_the_residuals() -> None:
@@ -109,6 +124,7 @@ def test_a_ball_that_stops_sliding_bounds_friction_from_below(sticking: Friction
         critical = math.tan(math.radians(17.0)) / (1.0 + e[i])
         assert 0.96 * critical < low < critical
         assert any(f"{name} is not determined" in text for text in sticking.warnings)
+        assert any(text.startswith(f"{name}: an error of 0.1 deg") for text in sticking.warnings)
     assert not sticking.sliding.any()
     assert any("stops sliding before it leaves" in text for text in sticking.warnings)
 

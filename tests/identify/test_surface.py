@@ -129,6 +129,8 @@ def test_a_table_is_read(tmp_path):
     [
         (GOOD + "25,90,0,12,1500,0\n", "incidence: got 90"),
         (GOOD + "25,40,0,12,30000,0\n", "spin_after: got 30000"),
+        (GOOD + "100.5,40,0,12,1500,0\n", "speed: got 100.5"),
+        (GOOD + "0.995,40,0,12,1500,0\n", "speed: got 0.995"),
         (GOOD.replace("spin_after [rpm]", "spun [rpm]") + "25,40,0,12,1500,0\n", "spin_after"),
         (GOOD.replace("x [mm]", "angle_sd [deg]") + "25,40,0,12,1500,0\n", "angle_sd: got 0"),
         (GOOD.replace("spin [rpm]", "spin [turns]") + "25,40,0,12,1500,0\n", r"spin \[rpm\]"),

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from drake_racket.identify.core.annealing import anneal
 from drake_racket.identify.core.intervals import profile, profile_interval
 from drake_racket.identify.core.least_squares import fit
+from drake_racket.identify.core.search import Search
+from drake_racket.io.errors import InputError
 from tests.identify.test_fit import Linear
 
 T = np.linspace(-1.0, 2.0, 15)
@@ -62,3 +65,18 @@ def test_an_undetermined_parameter_has_no_covariance_with_any_other():
     assert np.isfinite(covariance[0, 0])
     off = covariance[~np.eye(3, dtype=bool)]
     assert np.isnan(off).all()
+
+
+def test_bad_noise_and_options_are_named(problem):
+    one_bad = np.ones(15)
+    one_bad[4] = -2.0
+    with pytest.raises(InputError, match=r"sigma: got -2\.0"):
+        fit(Linear(problem.design, problem.y, sigma=one_bad), starts=1)
+    with pytest.raises(InputError, match="max_evaluations: got 0"):
+        anneal(problem, max_evaluations=0)
+    with pytest.raises(InputError, match="polish: got True; allowed: only with the method anneal"):
+        Search(method="least-squares", polish=True)
+    assert Search(method="annealing", polish=True).polish
+    closest = fit(problem, starts=1, tolerance=1e-15)
+    np.testing.assert_allclose(closest.estimates, by_hand(problem)[0], rtol=1e-8)
+    assert anneal(problem, starts=1, max_evaluations=1).estimates.shape == (2,)

@@ -245,6 +245,14 @@ def test_gravity_of_a_model(mjcf):
         np.testing.assert_array_equal(arm.gravity, [0.0, 0.0, z])
 
 
+def test_a_mujoco_joint_starts_within_its_range(mjcf):
+    with pytest.raises(InputError, match=r"initial_deg.elbow.*allowed: the joint's range"):
+        load(mjcf(), "palm", initial_deg={"elbow": 400.0})
+    limb = load(mjcf(), "palm", initial_deg={"thumb": 400.0})  # which has no range
+    (thumb,) = [joint for joint in limb.others() if joint.name() == "thumb"]
+    assert thumb.default_positions()[0] == pytest.approx(np.radians(400.0))
+
+
 TIE = "<equality>{}</equality>"
 
 
@@ -263,6 +271,32 @@ def test_equalities_count_or_are_refused(mjcf):
     limb = load(mjcf(more=tied), "palm")
     assert "joint couplings, tied joint is locked: thumb" in limb.notes
     assert {j.name() for j in limb.others()} == {"lid"}
+
+
+TENDONS = (
+    '<tendon><fixed name="cord"><joint joint="shoulder" coef="1"/><joint joint="elbow" coef="1"/>'
+    '</fixed><fixed name="string"><joint joint="lid" coef="1"/></fixed></tendon>'
+)
+
+
+@pytest.mark.parametrize(
+    ("tie", "told"),
+    [
+        ('<weld body1="fore" body2="post"/>', r"ties fore and post.*elbow, shoulder"),
+        ('<connect body1="lid" body2="upper" anchor="0 0 0"/>', r"ties lid and upper.*lid"),
+        ('<tendon tendon1="cord"/>', r"ties tendon cord.*elbow, shoulder"),
+        ('<tendon tendon1="cord" tendon2="string"/>', r"cord and tendon string.*elbow, lid"),
+    ],
+)
+def test_an_equality_of_another_kind_is_refused_until_nothing_moves_it(mjcf, tie, told):
+    path = mjcf(more=TENDONS + TIE.format(tie))
+    with pytest.raises(InputError, match=told):
+        load(path, "palm")
+    if "elbow" not in told:
+        assert load(path, "palm", locked=("lid", "shoulder")).joint_names() == ["elbow"]
+    elif "lid" not in told:
+        free = load(path, "thumb", locked=("shoulder", "elbow"))
+        assert free.joint_names() == ["thumb"]
 
 
 # --- OpenSim --------------------------------------------------------------------------------------

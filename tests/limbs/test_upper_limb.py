@@ -16,6 +16,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
+from drake_racket import LimbSettings
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import data_directory, sdf_directory
 from drake_racket.limbs.upper_limb import GRIP_ROTATIONS, add_upper_limb, find_upper_limb
@@ -429,3 +430,12 @@ def test_study(tmp_path):
     bad = subprocess.run([*command, "--height", "0"], capture_output=True, text=True, check=False)
     assert bad.returncode == 2
     assert bad.stderr.startswith("studies.upper_limb: load_upper_limb: height")
+
+
+def test_muscles_that_no_file_names_have_no_stiffness():
+    joint = dataclasses.replace(
+        load_upper_limb().joints.elbow_flexion, active_stiffness=None, active_damping=None
+    )
+    assert joint.active() == (0.0, 0.0)
+    assert LimbSettings().activation == 0.0
+    assert LimbSettings(activation=0.004).activation == 0.004

@@ -22,10 +22,10 @@ from tests.conftest import ROOT
 STUDIES = ROOT / "studies"
 
 
-def plant_with(builder, *names, arm=False):
+def plant_with(builder, *names, parameters=None):
     plant = builder.AddSystem(MultibodyPlant(0.0))
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
-    rackets = [dr.add_racket(plant, dr.load_racket(), name=name) for name in names]
+    rackets = [dr.add_racket(plant, parameters or dr.load_racket(), name=name) for name in names]
     balls = [dr.add_ball(plant, dr.load_ball(), name=f"ball_of_{name}") for name in names]
     plant.Finalize()
     return plant, rackets, balls
@@ -203,7 +203,8 @@ def test_add_contact_takes_no_unstrung_racket():
 
 def test_a_meter_of_one_s_own_counts_the_joint_s_damping():
     builder = DiagramBuilder()
-    plant, [racket], [ball] = plant_with(builder, "mine")
+    damped = dr.apply_overrides(dr.load_racket(), {"racket.string_bed.damping": 2.0})
+    plant, [racket], [ball] = plant_with(builder, "mine", parameters=damped)
     impact = dr.add_impact(builder, plant, racket, ball, point=2)
     meter = dr.add_energy_meter(builder, plant, impact)
     simulator = Simulator(builder.Build())
@@ -218,6 +219,7 @@ def test_a_meter_of_one_s_own_counts_the_joint_s_damping():
     simulator.AdvanceTo(0.02)
     after = dr.balance(impact, meter, root, held=False)
     assert after.lost_joint > 1e-3 * before.total()
+    assert after.lost_strings > 1e-3 * before.total()
     assert after.total() == pytest.approx(before.total(), rel=1e-4)
     other = DiagramBuilder()
     strange, [lonely], _ = plant_with(other, "lonely")

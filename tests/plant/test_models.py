@@ -7,6 +7,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import PackageMap, Parser
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import SpatialInertia
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.shipped import add_to_package_map, sdf_directory
@@ -387,3 +388,13 @@ def test_find_racket_refuses_other_models():
     )
     with pytest.raises(InputError, match=r"got 'sticks'; allowed: a model with a bushing"):
         find_racket(plant, sticks, load_racket())
+
+
+@pytest.mark.parametrize("body", ["head", "handle"])
+def test_a_model_with_half_a_racket_is_none(body):
+    plant = MultibodyPlant(0.0)
+    instance = plant.AddModelInstance("half")
+    plant.AddRigidBody(body, instance, SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    plant.Finalize()
+    with pytest.raises(InputError, match="find_racket: instance: got 'half'"):
+        find_racket(plant, instance, load_racket())

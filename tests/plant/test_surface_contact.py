@@ -205,6 +205,23 @@ def test_the_compiled_engine_runs_it_as_drake_does(paper):
     assert [i.record(root).touches for i in impacts] == [1, 1]
 
 
+def test_the_stored_energy_is_that_of_both_springs():
+    """The port, in the middle of a contact: kb x^2 / 2 and kt u^2 / 2."""
+    case = resolve(SCENARIO)
+    system = make_impact_diagram(case)
+    simulator = Simulator(system.diagram, system.create_context(case))
+    simulator.AdvanceTo(1e-3)
+    contact = system.impact.contact
+    own = contact.GetMyContextFromRoot(simulator.get_context())
+    record = own.get_discrete_state_vector().CopyToVector()
+    x = contact.GetOutputPort("contact_state").Eval(own)[2]
+    u = own.get_continuous_state_vector().CopyToVector()
+    assert x > 1e-3
+    assert np.linalg.norm(u) > 1e-4
+    expected = 0.5 * record[KB] * x * x + 0.5 * record[KT] * (u @ u)
+    assert contact.GetOutputPort("stored_energy").Eval(own)[0] == pytest.approx(expected)
+
+
 def test_what_does_not_fit_is_refused():
     builder = DiagramBuilder()
     plant = builder.AddSystem(MultibodyPlant(0.0))

@@ -279,3 +279,12 @@ def test_the_shipped_constants_leave_what_their_source_says() -> None:
     shares = time[1:] / linear["contact_time"].to_numpy() - 1.0
     assert shares == pytest.approx([-0.03, 0.03], abs=5e-3)
     assert "force_closed_form" not in found
+
+
+def test_a_record_that_begins_in_contact_counts_from_there():
+    time = 0.5 + np.arange(0.0, 0.01, 5e-5)
+    force = np.clip(100.0 - 4e4 * (time - 0.5), 0.0, None)  # a triangle of 2.5 ms
+    found = analyse_force(Signal(time, force, "force", "N"), mass=0.05, approach_speed=1.0)
+    assert found.start == 0.5
+    assert found.contact_time == pytest.approx(0.99 * 2.5e-3, rel=1e-6)
+    assert found.impulse == pytest.approx(0.125, rel=1e-3)

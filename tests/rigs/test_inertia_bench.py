@@ -109,6 +109,17 @@ def test_two_knife_edges():
     # the scales on the butt's side of the fixed edge
     other = 0.3 * (0.55 - 0.22) / 0.5
     assert balance_point(other, 0.3, -0.5, fixed_edge=0.55).value == pytest.approx(0.22)
+    # without more said: the fixed edge at the butt, and nothing is in error
+    plain = balance_point(0.1, 0.3, 0.6)
+    assert (plain.value, plain.sd) == (pytest.approx(0.2, rel=1e-15), 0.0)
+    with pytest.raises(InputError, match="places whose result is finite"):
+        balance_point(1.0, 1.0, 10.0, scale_sd=1e308)
+
+
+def test_what_a_bench_errs_by_unless_told():
+    """Human timing of swings, scales to 0.1 g, a rule to 0.5 mm."""
+    errors = BenchErrors()
+    assert (errors.period, errors.mass, errors.length) == (0.005, 1e-4, 5e-4)
 
 
 @given(com=st.lists(st.floats(-0.5, 0.5), min_size=1, max_size=5), seed=st.integers(0, 2**31))

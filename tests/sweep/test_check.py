@@ -82,6 +82,8 @@ def test_differences_are_shares_of_the_largest_magnitude():
     failed = compare(sweep, ours, [CaseRow(2, "no step", [], [math.nan] * 3)])
     assert not failed.passes()
     assert "case 2 fails there (no step)" in failed.text()
+    assert failed.differences == {"rebound_speed": 0.0, "contact_time": 0.0}
+    assert compare(sweep, ours, [CaseRow(7, "", [], [1.0] * 3)]).differences == failed.differences
     assert compare(sweep, ours, []) is None
 
 

@@ -179,22 +179,22 @@ def test_dask_scheduler_killed_twice_and_a_worker_once(sweep, reference, tmp_pat
     assert run_sweep(sweep, out).identical(reference[1])
 
 
-def die_or_live(task: CaseTask) -> CaseOutcome:
-    """Stands for run_case: case 2 is the end of its process."""
-    if task.case == 2:
+def die_or_live(tasks: list[CaseTask]) -> list[CaseOutcome]:
+    """Stands for run_chunk: case 17 is the end of its process."""
+    if 17 in [task.case for task in tasks]:
         os.kill(os.getpid(), signal.SIGKILL)
-    return CaseOutcome(task.case, [float(task.case)])
+    return [CaseOutcome(task.case, [float(task.case)], seconds=0.01) for task in tasks]
 
 
 @pytest.mark.slow
 def test_a_case_that_kills_its_process_becomes_a_failed_row(monkeypatch):
-    monkeypatch.setattr("drake_racket.sweep.runner.run_case", die_or_live)
+    monkeypatch.setattr("drake_racket.sweep.runner.run_chunk", die_or_live)
     settings = CaseSettings(find_outputs(["kb"], "outputs"), computation(), {})
-    tasks = [CaseTask(case, BASE, as_text({}), settings) for case in range(6)]
+    tasks = [CaseTask(case, BASE, as_text({}), settings) for case in range(40)]
     found = {o.case: o for batch in _run_in_pool(tasks, 1, strict=False) for o in batch}
-    assert sorted(found) == list(range(6))
-    assert [case for case, o in found.items() if o.failure] == [2]
-    assert f"process died {MOST_DEATHS} times" in found[2].failure
+    assert sorted(found) == list(range(40))  # its chunk's others are none the worse
+    assert [case for case, o in found.items() if o.failure] == [17]
+    assert f"process died {MOST_DEATHS} times" in found[17].failure
 
 
 def wait_for(condition, seconds: float = 300.0) -> None:

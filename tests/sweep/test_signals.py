@@ -114,7 +114,7 @@ def test_a_signal_is_not_the_failure_of_a_case(tmp_path, monkeypatch, number, wi
             os.kill(os.getpid(), number)
         raise RuntimeError("a callback failed")
 
-    monkeypatch.setattr("drake_racket.sweep.worker._simulate", interrupted)
+    monkeypatch.setattr("drake_racket.sweep.worker.simulate", interrupted)
     handler = signal.getsignal(signal.SIGINT)
     with within(), pytest.raises(raised):
         run_sweep(load_sweep(tmp_path / "sweep.yaml"), out)
@@ -123,8 +123,9 @@ def test_a_signal_is_not_the_failure_of_a_case(tmp_path, monkeypatch, number, wi
 
 
 @pytest.fixture
-def half(tmp_path):
+def half(tmp_path, monkeypatch):
     """A sweep's file, and a directory in which half of it has run."""
+    monkeypatch.setattr("drake_racket.sweep.runner.TOGETHER", 0.0)
     file, out = tmp_path / "sweep.yaml", tmp_path / "out"
     file.write_text(YAML.replace("count: 200", "count: 2").replace("0.006", "0.002"))
     seen = []
@@ -186,11 +187,12 @@ def test_a_missing_pyarrow_is_named_before_anything_is_done(monkeypatch):
         make_sweep(BASE, {"point": [5]}, ["kb"], "all", ["parquet"])
 
 
-def test_a_full_disk_stops_a_sweep_in_one_line_and_keeps_what_is_finished(tmp_path):
+def test_a_full_disk_stops_a_sweep_in_one_line_and_keeps_what_is_finished(tmp_path, monkeypatch):
     import resource
 
     from drake_racket.sweep import SweepStopped
 
+    monkeypatch.setattr("drake_racket.sweep.runner.TOGETHER", 0.0)
     sweep = make_sweep(BASE, {"point": [5, 2, 8]}, ["kb"])
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
 

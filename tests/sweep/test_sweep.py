@@ -34,7 +34,13 @@ from drake_racket.io.progress import Progress
 from drake_racket.results.outputs import find_outputs
 from drake_racket.sweep import SweepStopped, flat, load_sweep, make_sweep, parse_sweep, run_sweep
 from drake_racket.sweep.cases import make_plan
-from drake_racket.sweep.worker import CaseSettings, CaseTask, DifferentWorker, run_case
+from drake_racket.sweep.worker import (
+    CaseSettings,
+    CaseTask,
+    DifferentWorker,
+    each_case,
+    run_chunk,
+)
 from tests.conftest import ROOT, clamped_problem
 from tests.oracles.clamped_impact import simulate as oracle
 
@@ -117,12 +123,12 @@ def test_a_worker_with_other_code_or_files_is_refused(tmp_path):
     kb = find_outputs(["kb"], "outputs")
     other = CaseSettings(kb, computation() | {"drake": "1.0"}, {})
     with pytest.raises(DifferentWorker, match=r"worker: drake: .* allowed: 1\.0") as error:
-        run_case(CaseTask(0, BASE, "", other))
+        run_chunk([CaseTask(0, BASE, "", other)])
     travelled = pickle.loads(pickle.dumps(error.value))
     assert str(travelled) == str(error.value)
     changed = CaseSettings(kb, computation(), {str(ball): "another hash"})
     with pytest.raises(DifferentWorker, match=r"ball\.yaml.*content it had at the start"):
-        run_case(CaseTask(0, BASE, "", changed))
+        run_chunk([CaseTask(0, BASE, "", changed)])
 
 
 def test_every_output_is_of_the_impact():
@@ -525,15 +531,12 @@ def test_ctrl_c_leaves_what_is_finished(tmp_path, monkeypatch):
 
     file = tmp_path / "sweep.yaml"
     file.write_text(YAML)
-    run_case, calls = runner.run_case, []
 
-    def interrupted(task):
-        calls.append(task.case)
-        if len(calls) == 2:
-            raise KeyboardInterrupt
-        return run_case(task)
+    def interrupted(tasks, threads):
+        yield next(each_case(tasks))
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner, "run_case", interrupted)
+    monkeypatch.setattr(runner, "each_case", interrupted)
     result = CliRunner().invoke(_command(), [str(file), "--out", str(tmp_path / "out")])
     assert result.exit_code == 130
     (line,) = [x for x in result.stderr.splitlines() if "interrupted" in x]
@@ -549,16 +552,14 @@ def test_results_that_cannot_be_written_stop_the_sweep(tmp_path, monkeypatch, in
 
     sweep = make_sweep(BASE, {"point": [5, 2]}, ["kb"])
     (tmp_path / "results.nc").mkdir()
-    run_case = runner.run_case
 
-    def interrupt(task):
-        if task.case == 1:
-            raise KeyboardInterrupt
-        return run_case(task)
+    def interrupt(tasks, threads):
+        yield next(each_case(tasks))
+        raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
         if interrupted:
-            patch.setattr(runner, "run_case", interrupt)
+            patch.setattr(runner, "each_case", interrupt)
         with pytest.raises(SweepStopped, match=r"cannot be written .* goes on from there") as error:
             run_sweep(sweep, tmp_path)
     assert "\n" not in str(error.value)

@@ -35,7 +35,13 @@ from drake_racket.engines.clamped.steps import (
     tangent_step,
 )
 from drake_racket.laws import contact, phases, strings
-from drake_racket.laws.compilation import compilable, compiled, parallel_range, sources_stamp
+from drake_racket.laws.compilation import (
+    compilable,
+    compiled,
+    makes_arrays,
+    parallel_range,
+    sources_stamp,
+)
 from drake_racket.laws.contact import CONTACT, FREE, contact_law
 from drake_racket.laws.phases import AT_BALL, KB, PHASE, SIZE, latch, next_phase, release
 
@@ -77,7 +83,7 @@ def _coming_phase(record: Any, y: Any, new: Any, p: int, ball: Any) -> Any:
     return next_phase(record[PHASE], at[2], fell, raw, True)
 
 
-@compilable
+@makes_arrays
 def _impact(
     p: int,
     velocity: Any,

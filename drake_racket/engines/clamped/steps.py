@@ -34,7 +34,8 @@ def step(
     new: Any,
 ) -> None:
     """Takes one Runge-Kutta step of y into `new`."""
-    w[4] = y
+    for i in range(len(y)):
+        w[4, i] = y[i]
     for stage in range(1, 4):
         part = h if stage == 3 else 0.5 * h
         for i in range(len(y)):

@@ -19,7 +19,13 @@ from drake_racket.engines.clamped import ode
 from drake_racket.engines.clamped.ode import rates
 from drake_racket.laws import contact, phases, places, strings
 from drake_racket.laws import surface as law
-from drake_racket.laws.compilation import compilable, compiled, parallel_range, sources_stamp
+from drake_racket.laws.compilation import (
+    compilable,
+    compiled,
+    makes_arrays,
+    parallel_range,
+    sources_stamp,
+)
 from drake_racket.laws.contact import CONTACT, FREE, PASSED
 from drake_racket.laws.phases import PHASE, RELEASE, TOUCHES
 from drake_racket.laws.places import met_weights
@@ -194,7 +200,7 @@ def _reach(y: Any, ends: Any, bed: Any, mass: Any, stiffness: Any) -> float:
     return float((2.0 * energy / least) ** 0.5)
 
 
-@compilable
+@makes_arrays
 def _impact(
     place: Any,
     velocity: Any,

@@ -17,6 +17,7 @@ from drake_racket.engines.compiled.engine import (
     SHARE_OF_ACCURACY,
     more_room,
     velocity_of_each_position,
+    weights_of,
 )
 from drake_racket.engines.compiled.extract.model import Wiring, extract
 from drake_racket.engines.compiled.integrate import FINISHED, FULL
@@ -203,10 +204,9 @@ class CompiledDiagram:
                 body = impact.ball.body
                 speed = body.EvalSpatialVelocityInWorld(context).translational()
                 energy = max(energy, float(body.get_mass(context) * (speed @ speed)))
-        mass = np.diag(self.plant.CalcMassMatrix(context))
         own = self.plant.CalcKineticEnergy(context)
         twice = max(energy, 1e-3 * float(own), 1e-6)
-        v = np.sqrt(mass / twice)
+        v = weights_of(self.plant, context, twice)
         elements = []
         for i in self._elements(root):
             contact = self._contacts()[i]

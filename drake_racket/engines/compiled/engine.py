@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context
 
 from drake_racket.cases.case import Case
@@ -18,7 +19,7 @@ from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.engines.compiled.integrate import FULL, NOT_FINITE, STUCK
 from drake_racket.engines.compiled.kernel import run_case, see_contact, see_motion
 from drake_racket.engines.drake.mechanism import Parts, mechanism_of
-from drake_racket.engines.trajectory import Motion, Trajectory
+from drake_racket.engines.trajectory import Motion, Trajectory, cross
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.laws.phases import RELEASE, SIZE, TOUCH
 from drake_racket.laws.surface import SURFACE_SIZE
@@ -95,12 +96,17 @@ class CompiledImpact:
         self._places = _Places(self.model.tree)
         self._root = root
 
-    def start(self, case: Case) -> Start:
-        """Reads a case's numbers and initial state from a Context of this model's own.
+    def start(self, case: Case, root: Context | None = None) -> Start:
+        """Reads a case's numbers and initial state from a Context.
 
-        The Context is written anew for each case: run one before the next starts.
+        Args:
+            case: of this model's topology.
+            root: of the Diagram; it is written anew for the case, and is the case's until
+                `trajectory` has been called. None: one of the model's own, for a case at a time.
+
         """
-        system, root = self.system, self._root
+        system = self.system
+        root = self._root if root is None else root
         system.write_context(root, case)
         floats = numbers_of(self.model, root, _wiring(system, root))
         context = system.plant.GetMyContextFromRoot(root)
@@ -124,7 +130,7 @@ class CompiledImpact:
         under = handle.EvalSpatialVelocityInWorld(context).Shift(arm).translational()
         speed = ball.body.EvalSpatialVelocityInWorld(context).translational() - under
         twice = float(ball.body.get_mass(context) * (speed @ speed))
-        v = np.sqrt(np.diag(plant.CalcMassMatrix(context)) / twice)
+        v = weights_of(plant, context, twice)
         lost = np.full(totals, _SHARE_OF_TOTALS * 2.0 / twice)
         if totals:
             lost[IMPULSE] = 0.0  # as exact as the momentum, whatever the step
@@ -216,7 +222,8 @@ class CompiledImpact:
         nodes = np.zeros((m, ints[at.NODES], NODE_ROW))
         leaves = np.zeros((m, ints[at.LEAVES], 6))
         loads = np.zeros((m, 6))
-        see_motion(start.tables, states, records, nodes, leaves, loads)
+        tables = at.open_model(ints, at.one_by_one(ints, start.floats))
+        see_motion(tables, states, records, nodes, leaves, loads)
         poses, velocities = self._places.bodies(nodes, leaves)
         sensed = int(system.impact.racket.frame("accelerometer").body().index())
         hand_load = joint_torque = joint_reaction = None
@@ -264,6 +271,21 @@ class CompiledImpact:
             force = np.linalg.norm(nodes[:, self._first_node(joint), 27:30], axis=1)
             columns += [force] * joint.num_velocities()
         return np.stack(columns, axis=1)
+
+
+def weights_of(plant: MultibodyPlant, context: Context, twice: float) -> Array:
+    """Gives the weights of errors of velocities (nv,): square roots of shares of an energy.
+
+    An error in one velocity has at least the energy that it has when all others give way, half of
+    its square over the diagonal of the inverse mass matrix. The mass matrix's own diagonal would
+    let a joint near the butt of a chain move all that is beyond it.
+
+    Args:
+        twice: two times the energy (J).
+
+    """
+    inverse = np.linalg.inv(plant.CalcMassMatrix(context))
+    return np.asarray(1.0 / np.sqrt(np.diag(inverse) * twice))
 
 
 def more_room(room: int, time: float) -> int:
@@ -322,7 +344,7 @@ class _Places:
         poses[..., :3] = R @ self.rotation
         poses[..., 3] = own[:, :, 9:12] + arm
         velocities[..., :3] = w
-        velocities[..., 3:] = own[:, :, 15:18] + _cross(w, arm)
+        velocities[..., 3:] = own[:, :, 15:18] + cross(w, arm)
         places = poses[..., 3]
         poses[:, self.fixed, :, :3] = self.rotation[self.fixed]
         places[:, self.fixed] = self.arm[self.fixed]
@@ -330,13 +352,6 @@ class _Places:
         places[:, self.leaves] = leaves[:, :, :3]
         velocities[:, self.leaves, 3:] = leaves[:, :, 3:]
         return poses, velocities
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """A x b along the last axis, with less around it than NumPy's."""
-    x, y, z = np.moveaxis(a, -1, 0)
-    u, v, w = np.moveaxis(b, -1, 0)
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def _acceleration(tree: Any, nodes: Array, body: int) -> Array:
@@ -347,7 +362,7 @@ def _acceleration(tree: Any, nodes: Array, body: int) -> Array:
     row = nodes[:, node]
     arm = row[:, :9].reshape(-1, 3, 3) @ X_NB.translation()
     w, alpha = row[:, 12:15], row[:, 18:21]
-    a = row[:, 21:24] + _cross(alpha, arm) + _cross(w, _cross(w, arm))
+    a = row[:, 21:24] + cross(alpha, arm) + cross(w, cross(w, arm))
     return np.concatenate([alpha, a], axis=1)
 
 

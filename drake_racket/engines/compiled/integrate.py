@@ -31,7 +31,7 @@ from drake_racket.engines.compiled.steps import (
     damped_error_of,
     error_of,
 )
-from drake_racket.laws.compilation import compilable
+from drake_racket.laws.compilation import compilable, makes_arrays
 from drake_racket.laws.contact import CONTACT, FREE, PASSED
 from drake_racket.laws.phases import BY_DISPLACEMENT, CONSTANTS, PHASE
 
@@ -115,7 +115,7 @@ def take(
         rates(model, new, records, origin, w, leaves, tau, k[stage])
 
 
-@compilable
+@makes_arrays
 def new_work(model: Any, size: int) -> Any:
     """Gives the work arrays of a run, in the order of `take`."""
     nv = model[at.HEAD][at.VELOCITIES]
@@ -214,7 +214,7 @@ def _kept(value: float, replaced: float, quick: bool) -> float:
     return 0.5
 
 
-@compilable
+@makes_arrays
 def integrate(
     model: Any,
     y: Any,

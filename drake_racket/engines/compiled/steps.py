@@ -86,10 +86,13 @@ ARK_ERROR = ARK_B - np.array(
 
 @compilable
 def combine(y: Any, h: float, k: Any, weights: Any, count: int, new: Any) -> None:
-    """Writes y + h sum of weights times slopes (rows of k) into `new`."""
+    """Writes y + h sum of weights times slopes (rows of k) into `new`.
+
+    Row by row: so the processor's vectors take it.
+    """
     for i in range(len(y)):
-        new[i] = 0.0
-    for j in range(count):  # by rows: these loops become vector instructions
+        new[i] = weights[0] * k[0, i]
+    for j in range(1, count):
         weight = weights[j]
         for i in range(len(y)):
             new[i] += weight * k[j, i]

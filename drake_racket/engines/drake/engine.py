@@ -177,9 +177,7 @@ class _Recorder:
         self._states.append(self._observer.state(in_full=self._every))
         if sample % _REPORT_EVERY == 0:
             self._report(root.get_time())
-        if self._every and self._discrete:
-            self._see(sample)
-        elif self._every and self._probe is not None:
+        if self._every and not self._discrete and self._probe is not None:
             self._probe.wanted, self._probe.read = root.get_time(), self._see_last
         return EventStatus.Succeeded()
 
@@ -199,9 +197,10 @@ class _Recorder:
 
         A monitor sees a step's end before the events of that instant: the record of the next sample
         is moved back to the time of its event (forces jump at touch), and what was seen there is
-        seen again.
+        seen again. A discrete plant's samples are brought to one instant each, and seen then.
         """
         table, last = np.array(self._states), len(self._states) - 1
+        after = self._observer.ahead() if self._discrete else None
         record = self._observer.states(table)[3]
         moved = np.flatnonzero(record[:-1, PHASE] != record[1:, PHASE])
         wanted = set(range(last + 1)) if self._every else {0, last}
@@ -209,6 +208,11 @@ class _Recorder:
         for i in sorted({*moved.tolist()} | (wanted - set(self._moving))):
             self._observer.set_state(table[i])
             table[i] = self._observer.state()
-            if i in wanted:
+            if i in wanted and after is None:
+                self._see(i)
+        if after is not None:
+            self._observer.bring_to_time(table, after)
+            for i in wanted:
+                self._observer.set_state(table[i])
                 self._see(i)
         return table, dict(sorted(self._moving.items()))

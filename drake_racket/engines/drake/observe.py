@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context
 
+from drake_racket.engines.drake.leapfrog import brought_to_time
 from drake_racket.engines.drake.mechanism import Parts
 from drake_racket.engines.trajectory import Motion
 from drake_racket.laws.contact import CONTACT
-from drake_racket.laws.phases import PHASE
-from drake_racket.laws.totals import TOTALS
+from drake_racket.laws.phases import PHASE, SEEN
+from drake_racket.laws.totals import LOST_JOINT, TOTALS
 
 Array = NDArray[np.float64]
 
@@ -105,6 +106,45 @@ class Observer:
             size = meter.num_continuous_states()
             totals, own = totals[:-size], totals[-size:]
             meter.SetContinuousState(own)
+
+    def ahead(self) -> Array:
+        """Gives the row of a discrete plant's next step, if nothing else acts than now."""
+        plant, contact = self._plant, self._ball_contact
+        here, there = self._root.Clone(), self._root.Clone()
+        record = self._contact.get_discrete_state_vector().CopyToVector()
+        step = plant.time_step()
+        begins = max(self._root.get_time(), record[SEEN] + step)
+        begins = self._root.get_time() if math.isnan(record[SEEN]) else begins
+        here.SetTime(begins)
+        own, new = (plant.GetMyMutableContextFromRoot(root) for root in (here, there))
+        if plant.has_sampled_output_ports():
+            plant.CalcForcedUnrestrictedUpdate(own, new.get_mutable_state())
+        else:
+            plant.CalcForcedDiscreteVariableUpdate(own, new.get_mutable_discrete_state())
+        acting = contact.latched(contact.GetMyContextFromRoot(here))
+        contact.GetMyMutableContextFromRoot(there).SetDiscreteState(acting)
+        power = contact.GetOutputPort("power").Eval(contact.GetMyContextFromRoot(there))
+        row = self.state(in_full=False)
+        _, _, state, latched, _, totals = self.states(row)
+        state[:] = plant.GetPositionsAndVelocities(new)
+        latched[:] = acting
+        totals[:LOST_JOINT] += step * power
+        return row
+
+    def bring_to_time(self, rows: Array, after: Array, *, given: bool = True) -> None:
+        """Brings velocities and totals of a discrete plant's rows to the instants of the rows.
+
+        Args:
+            rows: (n, k) of `state`, changed in place.
+            after: `ahead` where the last row was read.
+            given: the first row has velocities as somebody gave them, for that instant.
+
+        """
+        _, _, plant, record, _, totals = self.states(np.vstack([rows, after]))
+        q, v = plant[:, : self._plant.num_positions()], plant[:, self._plant.num_positions() :]
+        _, _, state, _, _, lost = self.states(rows)
+        found = brought_to_time(q, v, record, totals, given=given)
+        state[:, q.shape[1] :], lost[:] = found
 
     def moving(self) -> Array:
         """Reads poses, velocities and loads that are not in the state: a row for `motion`.

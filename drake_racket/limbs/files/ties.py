@@ -20,12 +20,16 @@ _PREFIX = re.compile(r"(</?|\s)\w+:(?=\w+[\s=>/])|\sxmlns(?::\w+)?=\"[^\"]*\"|<\
 
 @dataclass(frozen=True)
 class Mimic:
-    """Holds a mimic joint as written: names, and q_follower = ratio q_leader + offset."""
+    """Holds a mimic joint as written: names, and q_follower = ratio q_leader + offset.
+
+    `passed_over`: Drake makes no constraint of it, as of SDFormat's own, which stands in an axis.
+    """
 
     follower: str
     leader: str
     ratio: float
     offset: float
+    passed_over: bool
 
 
 @dataclass(frozen=True)
@@ -43,9 +47,10 @@ def read_mimics(path: Path) -> list[Mimic]:
     """Gives the mimic joints of a file; none of one that is not XML (directives)."""
     found = []
     for joint in _elements(path, "joint"):
-        for mimic in joint.iter():
-            if mimic.tag == "mimic" and mimic.get("joint"):
-                found.append(_mimic(joint, mimic, path))
+        in_axis = [mimic for axis in joint.iter("axis") for mimic in axis.iter("mimic")]
+        for mimic in joint.iter("mimic"):
+            if mimic.get("joint"):
+                found.append(_mimic(joint, mimic, path, passed_over=mimic in in_axis))
     return found
 
 
@@ -99,7 +104,9 @@ def read_loops(path: Path) -> list[Loop]:
     return found
 
 
-def _mimic(joint: ElementTree.Element, mimic: ElementTree.Element, path: Path) -> Mimic:
+def _mimic(
+    joint: ElementTree.Element, mimic: ElementTree.Element, path: Path, *, passed_over: bool
+) -> Mimic:
     numbers = {}
     for key, default in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)):
         child = next((c for c in mimic if c.tag == key), None)
@@ -111,7 +118,7 @@ def _mimic(joint: ElementTree.Element, mimic: ElementTree.Element, path: Path) -
             raise InputError(where, text, "a number") from None
     offset = numbers["offset"] - numbers["multiplier"] * numbers["reference"]
     leader = str(mimic.get("joint")).rpartition("::")[2]
-    return Mimic(str(joint.get("name")), leader, numbers["multiplier"], offset)
+    return Mimic(str(joint.get("name")), leader, numbers["multiplier"], offset, passed_over)
 
 
 def _elements(path: Path, name: str) -> Iterator[ElementTree.Element]:

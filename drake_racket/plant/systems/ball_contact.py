@@ -32,6 +32,7 @@ from drake_racket.laws.contact import (
     stored_energy,
 )
 from drake_racket.laws.phases import (
+    ACTING,
     AT_BALL,
     CB,
     CONSTANTS,
@@ -43,16 +44,17 @@ from drake_racket.laws.phases import (
     NO_TIME,
     PHASE,
     POINT,
-    POWER,
     RATE,
     RELEASE,
     SEEN,
     SIZE,
+    SPIN,
     TOUCH,
     WEIGHT,
     ContactBodies,
     ContactModel,
     inside_rim,
+    late_release,
     late_touch,
     nearest_point,
     next_phase,
@@ -93,7 +95,7 @@ def BallContact_(T: Any) -> Any:
             2 scales: s_v (m/s), s_d (m).
             3 choices: point (0: the nearest at touch); friction reading (0 velocity, 1
               displacement); reaction (0 at the string mass, 1 at the ball).
-        Discrete state (17; 31 on a discrete plant), latched at touch: phase, point, normal
+        Discrete state (17; 37 on a discrete plant), latched at touch: phase, point, normal
             approach speed at first touch (m/s), kb, cb, mu, tangential offset x, y (m), scale,
             friction reading, hb, db, reaction, time of first touch, time of last release (s),
             energy given up at releases (J), number of touches.
@@ -104,12 +106,14 @@ def BallContact_(T: Any) -> Any:
             see a touch up to h late. The contact makes up for both, and is of second order: it
             takes its relative velocity forward by half of the last step's change, and the first
             force, which acts from the touch (x / x' ago) to the middle of the next step, counts
-            1/2 + x / (x' h) times. Fourteen more discrete states hold that weight, the relative
-            velocity as seen and what is added to it (m/s, in the head), the time of both, and the
-            power. The plant may take its step before or together with this system's update (that
-            differs between its settings): outputs look at the state as the update of the instant
-            leaves it. Not so the power: it is that of the force which acts over the step, and
-            holds until the next update, so that its impulse is what the plant's ball receives.
+            1/2 + x / (x' h) times. Twenty more discrete states hold that weight, the relative
+            velocity as seen and what is added to it (m/s, in the head), the time of both, what
+            acts over the step (damper; friction, two; couple per spin, three; force in the world,
+            three), and the spin of the head where it begins. The plant may take its step before
+            or together with this system's update (that differs between its settings): outputs
+            look at the state as the update of the instant leaves it. Not so the power: it is
+            what acts over the step at the mean of the velocities before and after it, until the
+            next update; so its work and impulse are those that the plant's bodies receive.
         Equations: `contact`. Source: Glynn et al. 2011.
         """
 
@@ -218,8 +222,8 @@ def BallContact_(T: Any) -> Any:
             x_s, x_q, v_s, v_q = motion
             return x_s, x_q, v_s, v_q + np.concatenate([0.0 * lead, x_s[:, :3] @ lead])
 
-        def _latched(self, context: Any, state: Any = None) -> Any:
-            """The discrete state; on a discrete plant, as the update of this instant leaves it."""
+        def latched(self, context: Any, state: Any = None) -> Any:
+            """Gives the discrete state; on a discrete plant, as this instant's update leaves it."""
             if state is None:
                 state = context.get_discrete_state_vector().CopyToVector()
             if self.discrete and not self._since_update(context, state) < 1.0 - 1e-6:
@@ -232,7 +236,7 @@ def BallContact_(T: Any) -> Any:
             return since / self.plant.time_step() if since >= 0.0 else math.inf
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
-            state = self._latched(context)
+            state = self.latched(context)
             if state[PHASE] != CONTACT:
                 output.set_value([])
                 return
@@ -253,7 +257,7 @@ def BallContact_(T: Any) -> Any:
 
         def contact_numbers(self, context: Any, state: Any) -> list[Any]:
             """Gives what the output `contact_state` shows, of a Context and a copy of its state."""
-            state = self._latched(context, state)
+            state = self.latched(context, state)
             if state[PHASE] == CONTACT:
                 point = round(value_of(state[POINT]))
                 _, _, p, v, (fx, fy, normal, _) = self._contact_law(context, state)[1]
@@ -263,7 +267,7 @@ def BallContact_(T: Any) -> Any:
             return [state[PHASE], point, -p[2], -v[2], normal, fx, fy, v[0], v[1]]
 
         def _calc_stored_energy(self, context: Any, output: Any) -> None:
-            state = self._latched(context)
+            state = self.latched(context)
             output[0] = T(0.0)
             if state[PHASE] == CONTACT:
                 motion = self._motion(context, round(value_of(state[POINT])))
@@ -275,7 +279,7 @@ def BallContact_(T: Any) -> Any:
             if state[PHASE] != CONTACT:
                 output.SetFromVector(self._no_power)
             elif self.discrete:
-                output.SetFromVector(state[POWER])
+                output.SetFromVector(self._power_of_step(context, state))
             else:
                 motion, law = self._contact_law(context, state)
                 output.SetFromVector(self._powers(motion, law, state))
@@ -289,6 +293,28 @@ def BallContact_(T: Any) -> Any:
             if state[AT_BALL] > 0.5:
                 couple = 0.0 * couple
             return np.array([lost_ball, lost_friction, couple, *on_ball[3:]])
+
+        def _acting(self, motion: Any, law: Any, state: Any) -> None:
+            """Keeps what acts over a discrete step, and the head's spin where it begins."""
+            on_ball, _, p, v, force = law
+            w = motion[2][:3] @ motion[0][:, :3]
+            damping = state[CB] - state[DB] * p[2]
+            damper = damping * v[2] if force[2] > 0.0 else 0.0 * v[2]
+            couple = (0.0 if state[AT_BALL] > 0.5 else 1.0) * np.cross(p, force[:3])
+            acting = np.array([damper, *force[:2], *couple, *on_ball[3:]])
+            state[ACTING], state[SPIN] = state[WEIGHT] * acting, w
+
+        def _power_of_step(self, context: Any, state: Any) -> Any:
+            """The output `power` of a discrete step: what acts, at its mean velocities.
+
+            Once the updates of its instant are done, the plant has the velocities of its end.
+            """
+            motion = self._motion(context, round(value_of(state[POINT])))
+            v = 0.5 * (state[RATE] + np.array(self._relative(*motion)[1]))
+            w = 0.5 * (state[SPIN] + motion[2][:3] @ motion[0][:, :3])
+            damper, fx, fy, *rest = state[ACTING]
+            couple = w[0] * rest[0] + w[1] * rest[1] + w[2] * rest[2]
+            return np.array([damper * v[2], -fx * v[0] - fy * v[1], couple, *rest[3:]])
 
         # ---- touch, release, leaving
 
@@ -375,9 +401,11 @@ def BallContact_(T: Any) -> Any:
             coming = next_phase(CONTACT, p[2], v[2], law[4][3], True)
             if coming != CONTACT:
                 release(record, p, context.get_time())
+                if self.discrete:
+                    late_release(record, p, v, self.plant.time_step())
             elif self.discrete:
                 record[WEIGHT], record[RATE], record[LEAD] = 1.0, v, lead
-                record[POWER] = self._powers(motion, law, record)
+                self._acting(motion, law, record)
             return coming
 
         def _touch(self, context: Any, record: Any, point: int, p: Any, v: Any) -> None:
@@ -389,8 +417,7 @@ def BallContact_(T: Any) -> Any:
             if self.discrete:
                 late_touch(record, p, v, self.plant.time_step())
                 motion = self._motion(context, point)
-                power = self._powers(motion, self._law(*motion, record[CONSTANTS]), record)
-                record[POWER] = record[WEIGHT] * power
+                self._acting(motion, self._law(*motion, record[CONSTANTS]), record)
 
     return Impl
 

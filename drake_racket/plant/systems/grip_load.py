@@ -76,11 +76,14 @@ def GripLoad_(T: Any) -> Any:
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             """No continuous state. Stated because Drake 1.58 takes 4 us to find no override."""
 
-        def _at(self, context: Any) -> Any:
-            """A Context of this system's own with the present state and constants."""
+        def _at(self, context: Any, before: float = 0.0) -> Any:
+            """A Context of this system's own with the present state and constants.
+
+            `before`: with the positions of so long ago (s), at these velocities.
+            """
             scratch, state = self._scratch, self._state.Eval(context)
             constants = context.get_numeric_parameter(0).CopyToVector()
-            seen = (state.tobytes(), constants.tobytes()) if T is float else None
+            seen = (state.tobytes(), constants.tobytes(), before) if T is float else None
             if seen is not None and seen == self._seen:
                 return scratch
             if self.element is not None:
@@ -91,6 +94,10 @@ def GripLoad_(T: Any) -> Any:
                     bushing.SetForceStiffnessConstants(scratch, constants[6:9])
                     bushing.SetForceDampingConstants(scratch, constants[9:12])
             self.plant.SetPositionsAndVelocities(scratch, state)
+            if before:
+                q, v = self.plant.GetPositions(scratch), self.plant.GetVelocities(scratch)
+                moved = q - before * self.plant.MapVelocityToQDot(scratch, v)
+                self.plant.SetPositions(scratch, moved)
             if self.element is not None:
                 self._on_hand = bushing.CalcBushingSpatialForceOnFrameA(scratch)
             self._seen = seen
@@ -112,7 +119,7 @@ def GripLoad_(T: Any) -> Any:
         def _calc_power(self, context: Any, output: Any) -> None:
             total = T(0.0)
             if self.element is not None:
-                scratch, bushing = self._at(context), self._bushing
+                scratch, bushing = self._at(context, 0.5 * self.plant.time_step()), self._bushing
                 for frame, force in (
                     (bushing.frameA(), self._on_hand),
                     (bushing.frameC(), bushing.CalcBushingSpatialForceOnFrameC(scratch)),

@@ -63,8 +63,14 @@ def limit_forces(ints: Any, numbers: Any, y: Any, nq: int, tau: Any) -> None:
 @compilable
 def string_forces(
     ints: Any, numbers: Any, ends: Any, springs: Any, y: Any, nq: int, tau: Any
-) -> None:
-    """Adds the strings' forces on the point masses; law: `laws.strings`."""
+) -> float:
+    """Adds the strings' forces on the point masses; law: `laws.strings`.
+
+    Returns:
+        what is lost in the springs (W), the sum of c (dL/dt)^2.
+
+    """
+    lost = 0.0
     for i in range(len(ints)):
         tau[ints[i, at.LEAF_V]] -= numbers[i, at.LEAF_DAMPING] * y[nq + ints[i, at.LEAF_V]]
     for s in range(ends.shape[1]):
@@ -80,6 +86,9 @@ def string_forces(
         tau[ints[i, at.LEAF_V]] -= pull
         if j >= 0:
             tau[ints[j, at.LEAF_V]] += pull
+        stretching = slope * rate
+        lost += springs[3, s] * stretching * stretching
+    return lost
 
 
 @compilable

@@ -19,13 +19,14 @@ about an axis of F that F carries; the third spin of a ball joint is QUATERNION 
 rotation. WELD: none, kept since its load is asked for. FREE_*: six, of a body free in the world."""
 
 # ---- nodes, integers
-PARENT, CARRIER, KIND, AXIS, Q, V = range(6)
-NODE_INTS = 6
+PARENT, CARRIER, KIND, AXIS, Q, V, TURNED = range(7)
+NODE_INTS = 7
 """PARENT: the node inboard, -1 for the world. CARRIER: the node that the axis moves with. AXIS: 0
-to 2, of F. Q, V: where its coordinates and velocities begin in q and in v."""
+to 2, of F. Q, V: where its coordinates and velocities begin in q and in v. TURNED: 1 if F is turned
+on the parent, 0 if it has the parent's axes."""
 
 # ---- nodes, floats
-R_PF, P_PF, MASS, COM, MOMENTS, PITCH, DAMPING, SPRING, NOMINAL, ROTOR, WEIGHT = (
+R_PF, P_PF, MASS, COM, MOMENTS, PITCH, DAMPING, SPRING, NOMINAL, ROTOR, WEIGHT, RUN = (
     0,
     9,
     12,
@@ -37,11 +38,14 @@ R_PF, P_PF, MASS, COM, MOMENTS, PITCH, DAMPING, SPRING, NOMINAL, ROTOR, WEIGHT =
     30,
     31,
     32,
+    36,
 )
-NODE_FLOATS = 36
+NODE_FLOATS = 37
 """Pose of F in the parent (9 + 3); mass, mass centre (3) and moments xx, yy, zz, xy, xz, yz about
 the node's origin (6); pitch (m/rad); damping (6 of a free node, else 1); spring, its nominal place;
-rotor; mass that gravity pulls, and its first moments (4)."""
+rotor; mass that gravity pulls, and its first moments (4); RUN: the number of nodes that are taken
+together from this one on, turning about axes through one point with nothing between them; 0 if it
+is one of them, behind the first."""
 
 # ---- nodes, work
 ROT, POS, SUB, VEL, BIAS, ART, FORCE, GAIN, PIVOT, DRIVE, ACC, OWN = (
@@ -201,6 +205,13 @@ def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
         tables.append(flat[place[kind] : end].reshape(shape + flat.shape[1:]))
         place[kind] = end
     return (*tables, ints[:HEADER], floats[:GLOBALS])
+
+
+def one_by_one(ints: Any, floats: Any) -> Any:
+    """Gives the numbers of a model whose axes are not taken together: each node has its motion."""
+    floats = floats.copy()
+    open_model(ints, floats)[NODE_NUMBERS][:, RUN] = 1.0
+    return floats
 
 
 def work_of(ints: Any) -> tuple[Any, Any]:

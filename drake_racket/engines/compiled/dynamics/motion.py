@@ -116,13 +116,17 @@ def from_rpy(roll: Any, pitch: Any, yaw: Any) -> Any:
 
 
 @compilable
-def _frame(w: Any, i: int, p: int, numbers: Any, origin: Any) -> Any:
+def _frame(w: Any, i: int, p: int, turned: int, numbers: Any, origin: Any) -> Any:
     """Rotation (9) and place (3) of the frame F of node i, on its parent p."""
     n, k = numbers[i], at.P_PF
-    own, place = nine(n, at.R_PF), (n[k], n[k + 1], n[k + 2])
+    place = n[k], n[k + 1], n[k + 2]
     if p < 0:
-        return own, (place[0] - origin[0], place[1] - origin[1], place[2] - origin[2])
-    return product(nine(w[p], ROT), own), placed(w[p], place)
+        at_origin = place[0] - origin[0], place[1] - origin[1], place[2] - origin[2]
+        return nine(n, at.R_PF), at_origin
+    r = nine(w[p], ROT)
+    if turned:
+        r = product(r, nine(n, at.R_PF))
+    return r, placed(w[p], place)
 
 
 @compilable
@@ -156,8 +160,61 @@ def _set_free(w: Any, i: int, kind: int, r: Any, place: Any, y: Any, q: int, v: 
 
 
 @compilable
+def _turn_about(a: Any, axis: int, angle: Any) -> None:
+    """Turns a work row's rotation about one of its own axes."""
+    c, s = math.cos(angle), math.sin(angle)
+    i = ROT + axis + 1 if axis < 2 else ROT
+    j = ROT + axis - 1 if axis > 0 else ROT + 2
+    for k in range(3):
+        x0, x1 = a[3 * k + i], a[3 * k + j]
+        a[3 * k + i] = c * x0 + s * x1
+        a[3 * k + j] = c * x1 - s * x0
+
+
+@compilable
+def _set_run(
+    ints: Any, numbers: Any, w: Any, i: int, count: int, r: Any, place: Any, y: Any, nq: int
+) -> None:
+    """Writes axes, and the motion of the last node, of a run of revolute axes through one point.
+
+    With the velocity u of that point as one of the parent, and w_i what turns an axis e_i, the
+    biases sum up to b = sum of w_i x e_i q_i', and u x (sum of e_i q_i') + place x b.
+    """
+    p, last = ints[i, at.PARENT], i + count - 1
+    a = w[last]
+    p0, p1, p2 = place[0], place[1], place[2]
+    _set_rotation(w, last, r)
+    a[POS], a[POS + 1], a[POS + 2] = p0, p1, p2
+    w0, w1, w2, u0, u1, u2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if p >= 0:
+        b = w[p]
+        w0, w1, w2, u0, u1, u2 = b[VEL], b[VEL + 1], b[VEL + 2], b[VEL + 3], b[VEL + 4], b[VEL + 5]
+    g0, g1, g2, j0, j1, j2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(i, last + 1):
+        if k > i and ints[k, at.TURNED]:
+            _set_rotation(w, last, product(nine(a, ROT), nine(numbers[k], at.R_PF)))
+        axis, rate, own = ints[k, at.AXIS], y[nq + ints[k, at.V]], w[k]
+        e0, e1, e2 = a[ROT + axis], a[ROT + 3 + axis], a[ROT + 6 + axis]
+        t0, t1, t2 = cross(p0, p1, p2, e0, e1, e2)
+        own[SUB], own[SUB + 1], own[SUB + 2] = e0, e1, e2
+        own[SUB + 3], own[SUB + 4], own[SUB + 5] = t0, t1, t2
+        e0, e1, e2 = e0 * rate, e1 * rate, e2 * rate
+        x0, x1, x2 = cross(w0 + j0, w1 + j1, w2 + j2, e0, e1, e2)
+        g0, g1, g2, j0, j1, j2 = g0 + x0, g1 + x1, g2 + x2, j0 + e0, j1 + e1, j2 + e2
+        _turn_about(a, axis, y[ints[k, at.Q]])
+    t0, t1, t2 = cross(p0, p1, p2, j0, j1, j2)
+    a[VEL], a[VEL + 1], a[VEL + 2] = w0 + j0, w1 + j1, w2 + j2
+    a[VEL + 3], a[VEL + 4], a[VEL + 5] = u0 + t0, u1 + t1, u2 + t2
+    t0, t1, t2 = cross(w0, w1, w2, p0, p1, p2)
+    x0, x1, x2 = cross(u0 + t0, u1 + t1, u2 + t2, j0, j1, j2)
+    z0, z1, z2 = cross(p0, p1, p2, g0, g1, g2)
+    a[BIAS], a[BIAS + 1], a[BIAS + 2] = g0, g1, g2
+    a[BIAS + 3], a[BIAS + 4], a[BIAS + 5] = x0 + z0, x1 + z1, x2 + z2
+
+
+@compilable
 def _set_axis(w: Any, i: int, kind: int, axis: int, pitch: float, r: Any, place: Any) -> None:
-    """The motion subspace of a node of one degree of freedom."""
+    """The motion subspace of a node of one degree of freedom, but not of a revolute one."""
     a = w[i]
     s0, s1, s2 = r[axis], r[3 + axis], r[6 + axis]
     if kind == at.PRISMATIC:
@@ -177,20 +234,15 @@ def _set_axis(w: Any, i: int, kind: int, axis: int, pitch: float, r: Any, place:
 def _set_pose(
     w: Any, i: int, kind: int, axis: int, pitch: float, r: Any, place: Any, y: Any, q: int
 ) -> None:
-    """The pose of a node of one degree of freedom, from that of its frame F."""
+    """The pose of a node of one degree of freedom, from that of its frame F; not a revolute one."""
     a = w[i]
     for k in range(3):
         a[POS + k] = place[k]
-    if kind == at.REVOLUTE or kind == at.SCREW:  # about z of F
-        c, s = math.cos(y[q]), math.sin(y[q])
+    if kind == at.SCREW:
+        _set_rotation(w, i, r)
+        _turn_about(a, axis, y[q])
         for k in range(3):
-            x0, x1 = r[3 * k], r[3 * k + 1]
-            a[ROT + 3 * k] = c * x0 + s * x1
-            a[ROT + 3 * k + 1] = c * x1 - s * x0
-            a[ROT + 3 * k + 2] = r[3 * k + 2]
-        if kind == at.SCREW:
-            for k in range(3):
-                a[POS + k] += pitch * y[q] * r[3 * k + 2]
+            a[POS + k] += pitch * y[q] * r[3 * k + axis]
     elif kind == at.QUATERNION:
         _set_rotation(w, i, product(r, from_quaternion(y[q], y[q + 1], y[q + 2], y[q + 3])))
     elif kind == at.RPY:
@@ -300,9 +352,14 @@ def move_nodes(ints: Any, numbers: Any, gravity: Any, y: Any, nq: int, origin: A
 
     """
     for i in range(len(ints)):
+        count = int(numbers[i, at.RUN])
+        if count == 0:
+            continue
         p, kind, q, v = ints[i, at.PARENT], ints[i, at.KIND], ints[i, at.Q], ints[i, at.V]
-        r, place = _frame(w, i, p, numbers, origin)
-        if kind >= at.FREE_QUATERNION:
+        r, place = _frame(w, i, p, ints[i, at.TURNED], numbers, origin)
+        if kind == at.REVOLUTE:
+            _set_run(ints, numbers, w, i, count, r, place, y, nq)
+        elif kind >= at.FREE_QUATERNION:
             _set_free(w, i, kind, r, place, y, q, nq + v)
         elif kind == at.WELD:
             _set_rotation(w, i, r)
@@ -315,7 +372,8 @@ def move_nodes(ints: Any, numbers: Any, gravity: Any, y: Any, nq: int, origin: A
             _set_axis(w, i, kind, axis, pitch, r, place)
             _set_pose(w, i, kind, axis, pitch, r, place, y, q)
             _set_velocity(w, i, p, ints[i, at.CARRIER], y[nq + v])
-        _set_inertia(w, i, numbers[i], gravity)
+        last = i + count - 1
+        _set_inertia(w, last, numbers[last], gravity)
 
 
 @compilable

@@ -14,7 +14,7 @@ from drake_racket.engines.compiled.dynamics.motion import back, cross
 from drake_racket.engines.compiled.dynamics.rates import move, rates
 from drake_racket.engines.compiled.dynamics.solve import inertia_times
 from drake_racket.engines.compiled.dynamics.surface import is_surface, see_surface
-from drake_racket.laws.compilation import compilable
+from drake_racket.laws.compilation import compilable, makes_arrays
 from drake_racket.laws.contact import CONTACT, contact_law
 from drake_racket.laws.phases import CONSTANTS, PHASE
 
@@ -24,7 +24,8 @@ origin in the world; force (6) that its joint puts on it, about its origin, in t
 
 
 @compilable
-def _see_node(a: Any, origin: Any, row: Any) -> None:
+def _see_node(a: Any, inner: Any, origin: Any, row: Any) -> None:
+    """Writes the row of a node; what is left of its inertia moves with the accelerations `inner`."""
     for k in range(9):
         row[k] = a[k]
     p0, p1, p2 = a[POS], a[POS + 1], a[POS + 2]
@@ -40,10 +41,7 @@ def _see_node(a: Any, origin: Any, row: Any) -> None:
     row[21] = a[ACC + 3] + x0 + z0
     row[22] = a[ACC + 4] + x1 + z1
     row[23] = a[ACC + 5] + x2 + z2
-    k = ACC
-    m0, m1, m2, f0, f1, f2 = inertia_times(
-        a, a[k], a[k + 1], a[k + 2], a[k + 3], a[k + 4], a[k + 5]
-    )
+    m0, m1, m2, f0, f1, f2 = inertia_times(a, *inner)
     k = FORCE
     f0, f1, f2 = f0 + a[k + 3], f1 + a[k + 4], f2 + a[k + 5]
     x0, x1, x2 = cross(p0, p1, p2, f0, f1, f2)
@@ -67,13 +65,14 @@ def _see_grip(model: Any, i: int, w: Any, origin: Any, load: Any) -> None:
     load[0], load[1], load[2], load[3], load[4], load[5] = t0, t1, t2, g0, g1, g2
 
 
-@compilable
+@makes_arrays
 def observe_motion(
     model: Any, states: Any, records: Any, nodes: Any, leaves_out: Any, loads: Any
 ) -> None:
     """Writes the motion at m states.
 
     Args:
+        model: tables, of nodes one by one (`layout.one_by_one`).
         states: (m, size) [q; v; elements, ...].  records: (m, contacts, 15).
         nodes: (m, n, NODE_ROW).  leaves_out: (m, leaves, 6) place and velocity in the world.
         loads: (m, 6) on the hand, from the grip's bushing; 0 without one.
@@ -91,7 +90,15 @@ def observe_motion(
             y[i] = states[m, i]
         rates(model, y, records[m], origin, w, leaves, tau, f)
         for i in range(len(w)):
-            _see_node(w[i], origin, nodes[m, i])
+            # the load of a joint is asked for after its axis was taken out, but a weld has none
+            inner, k = i, ACC
+            if model[at.NODE_ROWS][i, at.KIND] < at.WELD:
+                inner = model[at.NODE_ROWS][i, at.PARENT]
+            moved = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            if inner >= 0:
+                b = w[inner]
+                moved = (b[k], b[k + 1], b[k + 2], b[k + 3], b[k + 4], b[k + 5])
+            _see_node(w[i], moved, origin, nodes[m, i])
         for i in range(len(leaves)):
             for k in range(3):
                 leaves_out[m, i, k] = leaves[i, k] + origin[k]
@@ -100,7 +107,7 @@ def observe_motion(
             _see_grip(model, grip, w, origin, loads[m])
 
 
-@compilable
+@makes_arrays
 def observe_contact(model: Any, states: Any, records: Any, out: Any) -> None:
     """Writes what the contact's output `contact_state` has, for the first contact, (m, 9)."""
     origin = np.zeros(3)

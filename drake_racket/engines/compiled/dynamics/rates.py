@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from drake_racket.engines.compiled.dynamics import layout as at
-from drake_racket.engines.compiled.dynamics.bed import bent_string_forces, lost_in_strings
+from drake_racket.engines.compiled.dynamics.bed import bent_string_forces
 from drake_racket.engines.compiled.dynamics.forces import (
     bushing_forces,
     contact_force,
@@ -154,9 +154,21 @@ def rates(
     joint_forces(nodes, model[at.NODE_NUMBERS], y, nq, model[at.TORQUES], tau)
     limit_forces(model[at.LIMIT_PLACES], model[at.LIMIT_NUMBERS], y, nq, tau)
     if len(model[at.RIM_ROWS]) or len(model[at.FOLD_ROWS]):
-        bent_string_forces(model, y, nq, tau)
+        lost_in_strings = bent_string_forces(
+            leaf_ints,
+            model[at.LEAF_NUMBERS],
+            model[at.SPRING_ENDS],
+            model[at.SPRING_NUMBERS],
+            model[at.RIM_ROWS],
+            model[at.RIM_ARMS],
+            model[at.FOLD_ROWS],
+            model[at.FOLD_SIZES],
+            y,
+            nq,
+            tau,
+        )
     else:
-        string_forces(
+        lost_in_strings = string_forces(
             leaf_ints,
             model[at.LEAF_NUMBERS],
             model[at.SPRING_ENDS],
@@ -207,8 +219,7 @@ def rates(
         for i in range(len(losses)):
             rate = y[nq + losses[i]]
             f[first + LOST_JOINT] += damping[i] * rate * rate
-        if model[at.GLOBAL][3] > 0.5:
-            f[first + LOST_STRINGS] = lost_in_strings(model, y, nq)
+        f[first + LOST_STRINGS] = lost_in_strings
         f[first + GRIP] = taken
         if len(y) > first + TOTALS:
             _limb_powers(model, y, nq, f, first + TOTALS)

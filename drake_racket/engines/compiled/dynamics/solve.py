@@ -1,12 +1,14 @@
 """Solves for the accelerations of a model: Featherstone's articulated-body algorithm.
 
 R. Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7, with all vectors about one point
-of the world, and every joint as a chain of single axes. A node of one axis S leaves to its parent
+of the world, and every joint as a chain of single axes. One axis S after the other is taken out of
+the inertia I and the bias force p of a node,
 
-    U = I S,  D = S.U + rotor,  u = tau - S.p - U.c,    I - U U^T / D,    p + I c + U u / D
+    U = I S,  D = S.U + rotor,  u = tau - S.p,    I - U U^T / D,    p + U u / D
 
-(c the bias of its acceleration, p the bias force), a free node nothing, a weld all. A point mass m
-on a prismatic joint along n leaves m (1 - n n^T), and of its force what is across n.
+and what is left goes to its parent, with I c added to p (c the bias of the node's acceleration). A
+free node leaves nothing, a weld all. A point mass m on a prismatic joint along n leaves
+m (1 - n n^T), and of its force what is across n.
 """
 
 from __future__ import annotations
@@ -36,22 +38,14 @@ def inertia_times(a: Any, s0: Any, s1: Any, s2: Any, t0: Any, t1: Any, t2: Any) 
     """Gives I x of a work row's inertia and x = [s; t]."""
     b, c = MIXED, LOWER
     return (
-        a[XX] * s0 + a[XY] * s1 + a[XZ] * s2 + a[b] * t0 + a[b + 1] * t1 + a[b + 2] * t2,
-        a[XY] * s0 + a[YY] * s1 + a[YZ] * s2 + a[b + 3] * t0 + a[b + 4] * t1 + a[b + 5] * t2,
-        a[XZ] * s0 + a[YZ] * s1 + a[ZZ] * s2 + a[b + 6] * t0 + a[b + 7] * t1 + a[b + 8] * t2,
-        a[b] * s0 + a[b + 3] * s1 + a[b + 6] * s2 + a[c] * t0 + a[c + 1] * t1 + a[c + 2] * t2,
-        a[b + 1] * s0
-        + a[b + 4] * s1
-        + a[b + 7] * s2
-        + a[c + 1] * t0
-        + a[c + 3] * t1
-        + a[c + 4] * t2,
-        a[b + 2] * s0
-        + a[b + 5] * s1
-        + a[b + 8] * s2
-        + a[c + 2] * t0
-        + a[c + 4] * t1
-        + a[c + 5] * t2,
+        (a[XX] * s0 + a[XY] * s1 + a[XZ] * s2) + (a[b] * t0 + a[b + 1] * t1 + a[b + 2] * t2),
+        (a[XY] * s0 + a[YY] * s1 + a[YZ] * s2) + (a[b + 3] * t0 + a[b + 4] * t1 + a[b + 5] * t2),
+        (a[XZ] * s0 + a[YZ] * s1 + a[ZZ] * s2) + (a[b + 6] * t0 + a[b + 7] * t1 + a[b + 8] * t2),
+        (a[b] * s0 + a[b + 3] * s1 + a[b + 6] * s2) + (a[c] * t0 + a[c + 1] * t1 + a[c + 2] * t2),
+        (a[b + 1] * s0 + a[b + 4] * s1 + a[b + 7] * s2)
+        + (a[c + 1] * t0 + a[c + 3] * t1 + a[c + 4] * t2),
+        (a[b + 2] * s0 + a[b + 5] * s1 + a[b + 8] * s2)
+        + (a[c + 2] * t0 + a[c + 4] * t1 + a[c + 5] * t2),
     )
 
 
@@ -139,58 +133,69 @@ def leaves_out(ints: Any, numbers: Any, w: Any, leaves: Any, vdot: Any) -> None:
 
 
 @compilable
-def _eliminate(a: Any, b: Any, inboard: bool, rotor: float, tau: Any) -> None:
-    """One axis: U, D, u of node a; inertia and bias force to its parent b."""
-    s0, s1, s2, t0, t1, t2 = a[SUB], a[SUB + 1], a[SUB + 2], a[SUB + 3], a[SUB + 4], a[SUB + 5]
+def _eliminate(a: Any, s: Any, rotor: float, tau: Any) -> None:
+    """Takes one axis, of row s, out of the inertia and the force of row a; writes U, D, u into s."""
+    s0, s1, s2, t0, t1, t2 = s[SUB], s[SUB + 1], s[SUB + 2], s[SUB + 3], s[SUB + 4], s[SUB + 5]
     u0, u1, u2, u3, u4, u5 = inertia_times(a, s0, s1, s2, t0, t1, t2)
-    d = s0 * u0 + s1 * u1 + s2 * u2 + t0 * u3 + t1 * u4 + t2 * u5 + rotor
+    d = (s0 * u0 + s1 * u1 + s2 * u2) + (t0 * u3 + t1 * u4 + t2 * u5 + rotor)
     k = FORCE
     drive = tau - (
-        s0 * a[k] + s1 * a[k + 1] + s2 * a[k + 2] + t0 * a[k + 3] + t1 * a[k + 4] + t2 * a[k + 5]
+        (s0 * a[k] + s1 * a[k + 1] + s2 * a[k + 2])
+        + (t0 * a[k + 3] + t1 * a[k + 4] + t2 * a[k + 5])
     )
-    k = BIAS
-    c0, c1, c2, c3, c4, c5 = a[k], a[k + 1], a[k + 2], a[k + 3], a[k + 4], a[k + 5]
-    drive -= u0 * c0 + u1 * c1 + u2 * c2 + u3 * c3 + u4 * c4 + u5 * c5
     k = at.GAIN
-    a[k], a[k + 1], a[k + 2], a[k + 3], a[k + 4], a[k + 5] = u0, u1, u2, u3, u4, u5
-    a[at.PIVOT], a[at.DRIVE] = d, drive
-    if not inboard:
-        return
-    x0, x1, x2, x3, x4, x5 = inertia_times(a, c0, c1, c2, c3, c4, c5)
+    s[k], s[k + 1], s[k + 2], s[k + 3], s[k + 4], s[k + 5] = u0, u1, u2, u3, u4, u5
+    s[at.PIVOT], s[at.DRIVE] = d, drive
     inverse = 1.0 / d
     share = drive * inverse
     k = FORCE
-    b[k] += a[k] + x0 + u0 * share
-    b[k + 1] += a[k + 1] + x1 + u1 * share
-    b[k + 2] += a[k + 2] + x2 + u2 * share
-    b[k + 3] += a[k + 3] + x3 + u3 * share
-    b[k + 4] += a[k + 4] + x4 + u4 * share
-    b[k + 5] += a[k + 5] + x5 + u5 * share
+    a[k] += u0 * share
+    a[k + 1] += u1 * share
+    a[k + 2] += u2 * share
+    a[k + 3] += u3 * share
+    a[k + 4] += u4 * share
+    a[k + 5] += u5 * share
     e0, e1, e2 = u0 * inverse, u1 * inverse, u2 * inverse
     e3, e4, e5 = u3 * inverse, u4 * inverse, u5 * inverse
-    b[XX] += a[XX] - u0 * e0
-    b[XY] += a[XY] - u0 * e1
-    b[XZ] += a[XZ] - u0 * e2
-    b[YY] += a[YY] - u1 * e1
-    b[YZ] += a[YZ] - u1 * e2
-    b[ZZ] += a[ZZ] - u2 * e2
+    a[XX] -= u0 * e0
+    a[XY] -= u0 * e1
+    a[XZ] -= u0 * e2
+    a[YY] -= u1 * e1
+    a[YZ] -= u1 * e2
+    a[ZZ] -= u2 * e2
     k = MIXED
-    b[k] += a[k] - u0 * e3
-    b[k + 1] += a[k + 1] - u0 * e4
-    b[k + 2] += a[k + 2] - u0 * e5
-    b[k + 3] += a[k + 3] - u1 * e3
-    b[k + 4] += a[k + 4] - u1 * e4
-    b[k + 5] += a[k + 5] - u1 * e5
-    b[k + 6] += a[k + 6] - u2 * e3
-    b[k + 7] += a[k + 7] - u2 * e4
-    b[k + 8] += a[k + 8] - u2 * e5
+    a[k] -= u0 * e3
+    a[k + 1] -= u0 * e4
+    a[k + 2] -= u0 * e5
+    a[k + 3] -= u1 * e3
+    a[k + 4] -= u1 * e4
+    a[k + 5] -= u1 * e5
+    a[k + 6] -= u2 * e3
+    a[k + 7] -= u2 * e4
+    a[k + 8] -= u2 * e5
     k = LOWER
-    b[k] += a[k] - u3 * e3
-    b[k + 1] += a[k + 1] - u3 * e4
-    b[k + 2] += a[k + 2] - u3 * e5
-    b[k + 3] += a[k + 3] - u4 * e4
-    b[k + 4] += a[k + 4] - u4 * e5
-    b[k + 5] += a[k + 5] - u5 * e5
+    a[k] -= u3 * e3
+    a[k + 1] -= u3 * e4
+    a[k + 2] -= u3 * e5
+    a[k + 3] -= u4 * e4
+    a[k + 4] -= u4 * e5
+    a[k + 5] -= u5 * e5
+
+
+@compilable
+def _add_bias(a: Any) -> None:
+    """Adds I c to the force of a row: what the bias of its own acceleration asks for."""
+    k = BIAS
+    x0, x1, x2, x3, x4, x5 = inertia_times(
+        a, a[k], a[k + 1], a[k + 2], a[k + 3], a[k + 4], a[k + 5]
+    )
+    k = FORCE
+    a[k] += x0
+    a[k + 1] += x1
+    a[k + 2] += x2
+    a[k + 3] += x3
+    a[k + 4] += x4
+    a[k + 5] += x5
 
 
 @compilable
@@ -250,16 +255,21 @@ def solve_free(a: Any, g0: Any, g1: Any, g2: Any, g3: Any, g4: Any, g5: Any) -> 
 def nodes_in(ints: Any, numbers: Any, w: Any, tau: Any) -> None:
     """Goes from the leaves to the world: what each node leaves to its parent."""
     for i in range(len(ints) - 1, -1, -1):
-        p, kind, a = ints[i, at.PARENT], ints[i, at.KIND], w[i]
-        if kind >= at.FREE_QUATERNION:
+        p, kind, count = ints[i, at.PARENT], ints[i, at.KIND], int(numbers[i, at.RUN])
+        if kind >= at.FREE_QUATERNION or count == 0:
             continue
-        b = w[p] if p >= 0 else a
-        if kind == at.WELD:
-            if p >= 0:
-                for k in range(ART, ART + 27):
-                    b[k] += a[k]
+        last = i + count - 1
+        a = w[last]
+        if kind != at.WELD:
+            for k in range(last, i - 1, -1):
+                _eliminate(a, w[k], numbers[k, at.ROTOR], tau[ints[k, at.V]])
+        if p < 0:
             continue
-        _eliminate(a, b, p >= 0, numbers[i, at.ROTOR], tau[ints[i, at.V]])
+        if kind != at.WELD:
+            _add_bias(a)
+        b = w[p]
+        for k in range(ART, ART + 27):
+            b[k] += a[k]
 
 
 @compilable
@@ -299,24 +309,29 @@ def _free_out(a: Any, r: Any, tau: Any, v: int, vdot: Any) -> None:
 def nodes_out(ints: Any, numbers: Any, w: Any, tau: Any, vdot: Any) -> None:
     """Goes from the world to the leaves: accelerations of all nodes, rates of all velocities."""
     for i in range(len(ints)):
-        p, kind, a = ints[i, at.PARENT], ints[i, at.KIND], w[i]
+        p, kind, count = ints[i, at.PARENT], ints[i, at.KIND], int(numbers[i, at.RUN])
         if kind >= at.FREE_QUATERNION:
-            _free_out(a, numbers[i], tau, ints[i, at.V], vdot)
+            _free_out(w[i], numbers[i], tau, ints[i, at.V], vdot)
             continue
-        for k in range(6):
-            a[ACC + k] = w[p, ACC + k] if p >= 0 else 0.0
-        if kind == at.WELD:
+        if count == 0:
             continue
-        k, g = ACC, at.GAIN
-        rate = (
-            a[at.DRIVE]
-            - a[g] * a[k]
-            - a[g + 1] * a[k + 1]
-            - a[g + 2] * a[k + 2]
-            - a[g + 3] * a[k + 3]
-            - a[g + 4] * a[k + 4]
-            - a[g + 5] * a[k + 5]
-        ) / a[at.PIVOT]
-        vdot[ints[i, at.V]] = rate
-        for k in range(6):
-            a[ACC + k] += a[BIAS + k] + a[SUB + k] * rate
+        a = w[i + count - 1]
+        x0, x1, x2, x3, x4, x5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if p >= 0:
+            b, k = w[p], ACC
+            x0, x1, x2, x3, x4, x5 = b[k], b[k + 1], b[k + 2], b[k + 3], b[k + 4], b[k + 5]
+        if kind != at.WELD:
+            k = BIAS
+            x0, x1, x2 = x0 + a[k], x1 + a[k + 1], x2 + a[k + 2]
+            x3, x4, x5 = x3 + a[k + 3], x4 + a[k + 4], x5 + a[k + 5]
+            for j in range(i, i + count):
+                s, k = w[j], at.GAIN
+                m = s[k] * x0 + s[k + 1] * x1 + s[k + 2] * x2
+                f = s[k + 3] * x3 + s[k + 4] * x4 + s[k + 5] * x5
+                rate = (s[at.DRIVE] - (m + f)) / s[at.PIVOT]
+                vdot[ints[j, at.V]] = rate
+                k = SUB
+                x0, x1, x2 = x0 + s[k] * rate, x1 + s[k + 1] * rate, x2 + s[k + 2] * rate
+                x3, x4, x5 = x3 + s[k + 3] * rate, x4 + s[k + 4] * rate, x5 + s[k + 5] * rate
+        k = ACC
+        a[k], a[k + 1], a[k + 2], a[k + 3], a[k + 4], a[k + 5] = x0, x1, x2, x3, x4, x5

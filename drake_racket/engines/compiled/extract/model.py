@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     ForceElementIndex,
@@ -194,7 +195,11 @@ def _check_plant(plant: MultibodyPlant) -> None:
 
 
 def _node_ints(tree: Tree) -> list[tuple[int, ...]]:
-    return [(n.parent, n.carrier, n.kind, n.axis, n.q, n.v) for n in tree.nodes]
+    return [(n.parent, n.carrier, n.kind, n.axis, n.q, n.v, _is_turned(n.X_PF)) for n in tree.nodes]
+
+
+def _is_turned(X: RigidTransform) -> int:
+    return int(not np.array_equal(X.rotation().matrix(), np.eye(3)))
 
 
 def _elements(plant: MultibodyPlant) -> tuple[list[Any], list[Any]]:

@@ -40,9 +40,11 @@ def read_numbers(
             np.stack([own.get_numeric_parameter(i).CopyToVector() for i in range(4)], axis=1)
         )
     torques = np.zeros(plant.num_velocities()) if wiring.torques is None else wiring.torques
+    nodes = _node_floats(tree, context, springs)
+    nodes[:, at.RUN] = _runs(tree, nodes, wiring, bushings)
     parts = [
         [*gravity, float(damped > 0.0)],
-        _node_floats(tree, context, springs),
+        nodes,
         _leaf_floats(tree, context),
         [_bushing(tree, b, context) for b in bushings],
         np.concatenate(strings, axis=1),
@@ -97,6 +99,41 @@ def _node_floats(tree: Tree, context: Context, springs: list[Any]) -> Array:
         row[at.SPRING] = total
     _add_inertias(tree, context, rows)
     return rows
+
+
+def _runs(tree: Tree, rows: Array, wiring: Any, bushings: list[Any]) -> Array:
+    """The column RUN of the nodes.
+
+    Axes of revolute joints that follow on each other through one point are one run, where nothing
+    is between them: no mass, and nothing that another body, a bushing or a ball holds on to.
+    """
+    held = [leaf.parent for leaf in tree.leaves]
+    for bushing in bushings:
+        for frame in (bushing.frameA(), bushing.frameC()):
+            held.append(tree.place[int(frame.body().index())][0])
+    for impact in wiring.impacts:
+        if impact.contact is not None:
+            held.append(tree.place[int(impact.ball.body.index())][0])
+    inboard = [node.parent for node in tree.nodes]
+    runs = np.ones(len(tree.nodes))
+    first = 0
+    for i, node in enumerate(tree.nodes):
+        before = node.parent
+        goes_on = (
+            node.kind == at.REVOLUTE
+            and before == i - 1 >= 0
+            and tree.nodes[before].kind == at.REVOLUTE
+            and not np.any(node.X_PF.translation())
+            and rows[before, at.MASS] == 0.0
+            and inboard.count(before) == 1
+            and before not in held
+        )
+        if goes_on:
+            runs[first] += 1.0
+            runs[i] = 0.0
+        else:
+            first = i
+    return runs
 
 
 def _add_inertias(tree: Tree, context: Context, rows: Array) -> None:

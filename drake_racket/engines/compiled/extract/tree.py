@@ -155,17 +155,18 @@ class Tree:
         return RotationMatrix()
 
     def _steps(self, joint: Joint, parent: int, X: RigidTransform, reverse: bool) -> RotationMatrix:
-        """The nodes of a joint whose axes follow on each other, each along the node's own z.
+        """The nodes of a joint whose axes follow on each other, along an axis of the node's own.
 
         Drake reverses joints of one axis only: q stays, and the axis turns round.
         """
         turn = RotationMatrix()
         for k, (kind, axis, pitch) in enumerate(_axes_of(joint)):
-            to_axis = _rotation_to(-axis if reverse else axis)
+            along, to_axis = _axis_and_turn(-axis if reverse else axis)
             parent = self._add(
                 parent=parent,
                 carrier=parent,
                 kind=kind,
+                axis=along,
                 q=joint.position_start() + k,
                 v=joint.velocity_start() + k,
                 X_PF=X @ RigidTransform(turn.inverse() @ to_axis),
@@ -206,14 +207,18 @@ def _axes_of(joint: Joint) -> list[tuple[int, Array, float]]:
     return [(_AXES[kind], _axis_of(joint), pitch)]
 
 
-def _rotation_to(axis: Array) -> RotationMatrix:
-    """A rotation whose z is `axis`; the identity for z itself."""
-    if axis[2] == 1.0:
-        return RotationMatrix()
+def _axis_and_turn(axis: Array) -> tuple[int, RotationMatrix]:
+    """A number of an axis, and the rotation whose axis of that number is `axis`.
+
+    The rotation is the identity for x, y and z, else z is turned.
+    """
+    for k in range(3):
+        if axis[k] == 1.0:
+            return k, RotationMatrix()
     z = axis / np.linalg.norm(axis)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)
-    return RotationMatrix(np.stack([x, np.cross(z, x), z], axis=1))
+    return 2, RotationMatrix(np.stack([x, np.cross(z, x), z], axis=1))
 
 
 def _check_joint(joint: Joint, context: Context) -> None:

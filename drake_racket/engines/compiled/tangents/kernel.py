@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from drake_racket.engines.compiled.kernel import SOURCES
+from drake_racket.engines.compiled.kernel import SOURCES, entry
 from drake_racket.engines.compiled.tangents import forward, lanes, replay, twins
-from drake_racket.laws.compilation import sources_stamp, stamped
+from drake_racket.laws.compilation import sources_stamp
 
-run_tangents = stamped(
-    replay.replay, sources_stamp(*SOURCES, forward, lanes, replay, twins), nogil=True
-)
+run_tangents = entry(replay.replay, sources_stamp(*SOURCES, forward, lanes, replay, twins))

@@ -34,7 +34,7 @@ from drake_racket.engines.compiled.tangents.twins import (
     update,
     watched,
 )
-from drake_racket.laws.compilation import compilable
+from drake_racket.laws.compilation import compilable, makes_arrays
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import PHASE
 
@@ -42,13 +42,13 @@ LOCATED = 1e-6
 """Share of what it was before the step, below which a number is zero at its end."""
 
 
-@compilable
+@makes_arrays
 def _lanes_of(array: Any) -> Any:
     """Lanes of 0 beside an array of two axes."""
     return np.zeros((array.shape[0], array.shape[1], LANES))
 
 
-@compilable
+@makes_arrays
 def _new_lanes(s: Any) -> Any:
     """Lanes beside the work arrays of a run."""
     return (
@@ -79,7 +79,7 @@ def changed_contact(before: Any, after: Any) -> int:
     return -1
 
 
-@compilable
+@makes_arrays
 def _by_length(
     model: Any, still: Any, y: Any, h: float, records: Any, stiff: int, s: Any, longer: Any
 ) -> None:
@@ -96,7 +96,7 @@ def _number(found: Any, turning: bool) -> Any:
     return found[2] if turning else found[0]
 
 
-@compilable
+@makes_arrays
 def _pass(
     model: Any,
     d_model: Any,
@@ -147,7 +147,7 @@ def _turn_of(model: Any, i: int, y: Any, records: Any, s: Any) -> float:
     return turn
 
 
-@compilable
+@makes_arrays
 def replay(
     model: Any,
     d_model: Any,
