@@ -19,7 +19,7 @@ from drake_racket.results.impact import ImpactResult
 if TYPE_CHECKING:
     import xarray
 
-AUDIT, HAND, LIMB, SURFACE = "audit", "hand", "limb", "surface"
+AUDIT, HAND, LIMB, SURFACE, SHEAR = "audit", "hand", "limb", "surface", "element"
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,8 @@ class Output:
         variables: of the history that it is read from (`in_contact` beside them, for what comes
             after release): a sweep labels no others then. None: all.
         needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb),
-            LIMB (support limb) or SURFACE (contact surface); without it the number is NaN.
+            LIMB (support limb), SURFACE (contact surface) or SHEAR (that, or friction reading
+            element); without it the number is NaN.
         of_engine: it tells how an engine worked, not what happened: engines need not agree.
 
     """
@@ -55,6 +56,8 @@ class Output:
             return scenario.support in ("grip", "limb")
         if self.needs == SURFACE:
             return scenario.contact == "surface"
+        if self.needs == SHEAR:
+            return scenario.has_element()
         if self.needs == LIMB:
             return scenario.support == "limb" and scenario.audit
         return scenario.audit or self.needs != AUDIT
@@ -245,14 +248,24 @@ def _all() -> list[Output]:
         *_vector("spin_after", "rad/s", "angular velocity of the ball at its last release"),
         *_pair("rebound_angle", "rebound_angles", "rad", "rebound angle in the plane with z"),
         *_pair("impulse_place", "impulse_place", "m", "place of the impulse in the strings' plane"),
-        *_pair("touch_place", "touch_place", "m", "place of the first touch in the bed", SURFACE),
+        *_pair("touch_place", "touch_place", "m", "place of the first touch in the bed", SHEAR),
         *(
-            _single(name, units, text, needs=SURFACE)
-            for name, units, text in (
-                ("tangential_restitution", "1", "tangential restitution of the ball's surface"),
-                ("sliding_fraction", "1", "share of the contact spent sliding"),
-                ("grip_time", "s", "time in contact spent gripping"),
-                ("overspin_time", "s", "time in contact with the ball's surface going backwards"),
+            _single(name, units, text, needs=needs)
+            for name, units, text, needs in (
+                (
+                    "tangential_restitution",
+                    "1",
+                    "tangential restitution of the ball's surface",
+                    SURFACE,
+                ),
+                ("sliding_fraction", "1", "share of the contact spent sliding", SHEAR),
+                ("grip_time", "s", "time in contact spent gripping", SHEAR),
+                (
+                    "overspin_time",
+                    "s",
+                    "time in contact with the ball's surface going backwards",
+                    SHEAR,
+                ),
             )
         ),
         *_vector("angular_impulse", "N*m*s", "angular impulse on the racket about the butt"),

@@ -259,6 +259,9 @@ def test_what_does_not_fit_is_refused():
     ball = add_ball(discrete, load_ball(), contact="surface")
     with pytest.raises(InputError, match="surface, on a discrete plant"):
         add_impact(builder, discrete, racket, ball, contact="surface")
+    point = add_ball(discrete, load_ball(), name="point")
+    with pytest.raises(InputError, match="friction reading element, on a discrete plant"):
+        add_impact(builder, discrete, racket, point, friction_reading="element")
 
 
 @pytest.mark.parametrize(
@@ -280,6 +283,19 @@ def test_what_does_not_fit_is_refused():
         (
             {"contact": "surface", "reaction_point": "string_mass"},
             "reaction_point: got 'string_mass'; allowed: ball with contact surface",
+        ),
+        (
+            {"friction_reading": "element", "time_step": 1e-5},
+            "time_step: got 1e-05; allowed: 0 with friction_reading element",
+        ),
+        (
+            {"friction_reading": "element", "reaction_point": "string_mass"},
+            "reaction_point: got 'string_mass'; allowed: ball with friction_reading element",
+        ),
+        ({"normal": "hertz"}, "normal: got 'hertz'; allowed: .*linear, hunt_crossley"),
+        (
+            {"normal": "hunt_crossley", "ball": "penn_titanium_slow"},
+            "hunt_crossley: got 'nothing'; allowed: the numbers stiffness, stiffness_rise",
         ),
         (
             {"contact": "surface", "overrides": {"ball.surface.flattening": 1.5}},
