@@ -3,9 +3,10 @@
     python -m studies.sweet_spots --out sweet_spots --workers 2
 
 Each racket is in a hand at rest (grip normal, inferred) and is hit at 25 m/s at aims on a grid
-within the rim; both halves are alike, so one is computed. The ball meets the nearest of nine string
-masses: lever arms change from aim to aim, the strings only from one mass's cell to the next (dashed
-on the maps), and nothing is interpolated. The best aims are compared with closed forms of the free
+within the rim; both halves are alike, so one is computed. The ball has radius and meets the strings
+anywhere (contact surface): the maps are continuous. With `--contact paper` it is a point that meets
+the nearest of nine string masses, and they jump from one mass's cell to the next (dashed). The best
+aims are compared with closed forms of the free
 racket: the node of bending, and the centre of percussion for the hand's place. Leaves a sweep for
 each racket (DIR/RACKET), tables (CSV) and the maps.
 """
@@ -34,6 +35,7 @@ from drake_racket import (
 )
 from drake_racket.rigs import head_node
 from drake_racket.sweep import make_sweep, run_sweep
+from drake_racket.parameters.scenario import CONTACTS
 from studies.sample_figures import SWEET_SPOTS, best_aim, sweet_spot_figure
 
 REACH = 0.85  # of the rim's semi-axes: beyond it the ball would meet the frame
@@ -95,7 +97,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("sweet_spots"))
     parser.add_argument("--racket", nargs="+", default=["tour", "recreational"])
-    parser.add_argument("--step", type=float, default=0.02, help="between aims (m)")
+    parser.add_argument("--step", type=float, default=0.005, help="between aims (m)")
+    parser.add_argument("--contact", choices=CONTACTS, default="surface")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--fresh", action="store_true", help="delete what is in DIR/RACKET")
     parser.add_argument("--quick", action="store_true", help="a handful of aims, a short run")
@@ -110,6 +113,7 @@ def main() -> None:
             racket=name,
             support="grip",
             point="auto",
+            contact=options.contact,
             approach_time=1e-4,
             after=0.008 if options.quick else 0.03,
             audit=False,
