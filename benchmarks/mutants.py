@@ -381,10 +381,10 @@ def verdict(
     if first:
         mutant.found, mutant.by = run(copied, first, given.seconds, plain)
     if not mutant.found:
-        rest = maps[plain].within(tests[len(first) :], given.far)
+        rest = maps[plain].within(tests[len(first) :], given.far) if given.far > 0.0 else []
         if rest:
             mutant.found, mutant.by = run(copied, rest, given.seconds, plain)
-    if not mutant.found and (plain or not first):
+    if not mutant.found and (given.far > 0.0 or not first) and (plain or not first):
         tests = [*maps[0].within(maps[0].tests(mutant), given.far)] if plain else []
         tests = tests or [f"tests/{test}" for test in mirrored(mutant.module)]
         mutant.found, mutant.by = run(copied, tests, given.seconds, False)

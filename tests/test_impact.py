@@ -376,11 +376,15 @@ def test_restitution_is_realistic_and_falls_with_speed():
 
 @pytest.mark.parametrize(
     "changes",
-    [{"gravity": 5}, {"racket": 5}, {"integrator": None}, {"audit": "yes"}, {"speed": "fast"}],
-)
+    [{"gravity": 5}, {"racket": 5}, {"integrator": None}, {"audit": "yes"}, {"speed": "fast"},
+     {"racket": True}, {"racket": ["tour"]}],
+)  # fmt: skip
 def test_wrong_types_in_python_are_input_errors(changes):
-    with pytest.raises(InputError, match=next(iter(changes))):
+    (key,) = changes
+    with pytest.raises(InputError, match=key) as error:
         simulate(Scenario(**changes))
+    if changes[key] in (True, ["tour"]):
+        assert "allowed: a text" in str(error.value)
 
 
 def test_a_scheme_without_error_estimate_needs_fixed_steps():

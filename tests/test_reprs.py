@@ -13,6 +13,7 @@ from pydrake.multibody.plant import MultibodyPlant
 import drake_racket as dr
 from drake_racket.cases.case import SCENARIOS
 from drake_racket.io.notebooks import bars
+from drake_racket.io.progress import part_of
 from drake_racket.plots import new_figure
 from drake_racket.sweep import make_sweep
 
@@ -119,6 +120,15 @@ def test_texts_are_escaped() -> None:
 def test_a_figure_is_shown_and_not_kept() -> None:
     figure = new_figure(2.0, 1.0)
     assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def test_the_rate_is_that_of_this_run() -> None:
+    now = dr.Progress("running", 6, 10, before=2, seconds=2.0)
+    assert (now.rate(), now.time_left()) == (2.0, 2.0)
+    assert dr.Progress("running", 2, 10, before=2, seconds=2.0).time_left() is None
+    told: list[dr.Progress] = []
+    part_of(told.append, 3, 8)(dr.Progress("section", 1, 2))
+    assert (told[0].done, told[0].total) == (4, 8)
 
 
 def test_a_bar_of_progress(capsys: pytest.CaptureFixture[str]) -> None:

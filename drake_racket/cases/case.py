@@ -83,6 +83,7 @@ class Case:
         held = scenario.support in ("grip", "limb")
         return (
             scenario.contact,
+            scenario.has_element(),
             scenario.support,
             scenario.grip_kind if held else "",
             scenario.limb.topology() if scenario.support == "limb" else (),
@@ -124,9 +125,9 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
         stray = [k for k in scenario.overrides if not k.startswith(("racket.", "ball.", "grip."))]
         if stray:
             check_known(stray, parameter_keys(racket, ball, grip))
-        _check_ball_overrides(scenario, where)
+        _check_ball_overrides(scenario, ball, where)
         _check_grip_overrides(scenario, where)
-    if scenario.contact == "surface":
+    if scenario.has_element():
         surface_of(ball)
     _check_hand(scenario, grip, where)
     points = [*map(str, racket.bed_topology().points), "auto"]
@@ -216,28 +217,28 @@ def _check_contact(scenario: Scenario, where: str) -> None:
                     getattr(scenario, key),
                     "0 with contact paper, whose ball is a point (contact: surface has spin)",
                 )
+    if not scenario.has_element():
         return
+    whose, only = "contact surface", [("friction_reading", "velocity"), ("reaction_point", "ball")]
+    if scenario.contact == "paper":
+        whose, only = "friction_reading element", only[1:]
     if scenario.time_step > 0.0:
         raise InputError(
-            f"{where}: time_step", scenario.time_step, "0 with contact surface: a continuous plant"
+            f"{where}: time_step", scenario.time_step, f"0 with {whose}: a continuous plant"
         )
-    for key, only in (("friction_reading", "velocity"), ("reaction_point", "ball")):
-        if getattr(scenario, key) != only:
-            raise InputError(
-                f"{where}: {key}", getattr(scenario, key), f"{only} with contact surface"
-            )
+    for key, allowed in only:
+        if getattr(scenario, key) != allowed:
+            value = getattr(scenario, key)
+            raise InputError(f"{where}: {key}", value, f"{allowed} with {whose}")
 
 
-def _check_ball_overrides(scenario: Scenario, where: str) -> None:
-    """Refuses numbers of a ball that this law of contact does not look at."""
-    other = "ball.surface." if scenario.contact == "paper" else "ball.sliding_"
+def _check_ball_overrides(scenario: Scenario, ball: BallParameters, where: str) -> None:
+    """Refuses numbers of a ball that its laws of contact do not look at."""
+    idle = scenario.idle_of_ball(ball)
     for key, value in scenario.overrides.items():
-        if key.startswith(other):
-            raise InputError(
-                f"{where}: overrides.{key}",
-                value,
-                f"no such number with contact {scenario.contact}",
-            )
+        if key.startswith(tuple(f"ball.{name}" for name in idle)):
+            law = next(l for name, l in idle.items() if key.startswith(f"ball.{name}"))
+            raise InputError(f"{where}: overrides.{key}", value, f"no such number with {law}")
 
 
 def _check_compiled(scenario: Scenario, where: str) -> None:

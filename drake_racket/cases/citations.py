@@ -140,9 +140,9 @@ def _numbers(case: Case) -> Iterator[tuple[str, Sourced | Spread]]:
     yield from sourced_fields(case.racket, "racket")
     for name, given in case.racket.specs.items():
         yield f"racket.specs.{name}", given
-    spins = case.scenario.contact == "surface"
+    idle = tuple(f"ball.{name}" for name in case.scenario.idle_of_ball(case.ball))
     for key, found in sourced_fields(case.ball, "ball"):
-        if spins or not key.startswith("ball.surface."):
+        if not key.startswith(idle):
             yield key, found
     held = case.scenario.support in ("grip", "limb")
     if held and case.scenario.grip_kind != "weld":

@@ -34,7 +34,7 @@ from drake_racket.plant.compose import (
     connect_forces,
     set_impact_parameters,
 )
-from drake_racket.plant.contacts import contact_model, surface_model
+from drake_racket.plant.contacts import contact_model, element_model, surface_model
 from drake_racket.plant.grip import Grip, add_grip
 from drake_racket.plant.racket import add_racket, set_racket_inertia
 from drake_racket.plant.supports import add_hand_held_racket, add_supported_racket
@@ -177,6 +177,8 @@ def _contact_model(case: Case) -> ContactModel | SurfaceModel:
     scenario = case.scenario
     if scenario.contact == "surface":
         return surface_model(case.racket, case.ball)
+    if scenario.has_element():
+        return element_model(case.racket, case.ball, scenario.point_number())
     return contact_model(
         case.racket,
         case.ball,

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_racket.cases.case import Case
+from drake_racket.plant.ball import ball_law
 
 SLOW = 40_000
 """Steps from which a run is called slow: about half a minute."""
@@ -105,8 +106,9 @@ def _strings(case: Case) -> list[Rate]:
     mass = bed.mass.value / points
     k = max(bed.stiffness.value) * max(bed.rim_factors.value, default=1.0)
     springs = 4.0 * (bed.initial_tension.value / bed.spacing.value + k * _SLOPE**2)
-    kb = ball.stiffness_low.value * max(1.0, 1.0 + ball.stiffness_growth.value)
-    cb = ball.damping_low.value * max(1.0, 1.0 + ball.damping_growth.value)
+    _, _, kb, kb_growth, cb, cb_growth, hb, db = ball_law(ball)
+    kb = kb * max(1.0, 1.0 + kb_growth) + 2.0 * hb * ball.radius.value
+    cb = cb * max(1.0, 1.0 + cb_growth) + db * ball.radius.value
     strung = f"racket.string_bed.mass {bed.mass.value:g} kg"
     return [
         Rate(

@@ -239,12 +239,13 @@ def _print_summary(result: ImpactResult, written: list[Path]) -> None:
     console.print(table)
     if result.derivatives is not None:
         console.print(_derivatives_table(result.derivatives))
-    parts: list[Any] = [racket, scenario.load_ball()]
+    ball = scenario.load_ball()
+    parts: list[Any] = [racket, ball]
     if scenario.support in ("grip", "limb") and scenario.grip_kind != "weld":
         parts.append(scenario.load_grip())
-    other = "surface." if scenario.contact == "paper" else "sliding_"  # of the other contact
+    idle = tuple(scenario.idle_of_ball(ball))  # numbers of other laws
     inferred = sum(
-        q.status == "inferred" and not key.startswith(other)
+        q.status == "inferred" and not (part is ball and key.startswith(idle))
         for part in parts
         for key, q in sourced_fields(part)
     )

@@ -226,7 +226,7 @@ class Trajectory:
         mechanism: whose motion it is.
         time: (n,) s, from the start of the run; touch and release are among the times.
         state: (n, nq + nv) positions q and velocities v.
-        record: (n, 15), from a discrete plant (n, 29), of contact surface (n, 30): what the contact
+        record: (n, 17), from a discrete plant (n, 31), of contact surface (n, 32): what the contact
             has latched, after any event at that time; see `laws.phases` and `laws.surface`.
         contact: (n, 9) phase; point in contact, or to be hit; compression (m) and its rate (m/s);
             normal force and friction (N); sliding velocity (m/s); see `BallContact`. Apart from the

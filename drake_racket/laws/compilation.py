@@ -8,9 +8,9 @@ from __future__ import annotations
 import contextlib
 import gc
 import hashlib
+import types
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 try:
@@ -67,7 +67,7 @@ def _cache_if_there_is_room(cache: Any) -> None:
     cache.save_overload = saved
 
 
-def sources_stamp(*modules: ModuleType) -> int:
+def sources_stamp(*modules: types.ModuleType) -> int:
     """Gives a number that changes with the source of `modules`.
 
     numba's cache tells closures apart by what they close over: a compiled closure over this number
@@ -77,6 +77,17 @@ def sources_stamp(*modules: ModuleType) -> int:
     for module in modules:
         digest.update(Path(str(module.__file__)).read_bytes())
     return int.from_bytes(digest.digest()[:6], "big")
+
+
+def stamped(law: Callable[..., Any], stamp: int, **options: Any) -> Callable[..., Any]:
+    """Gives `compiled` of a copy of `law` that has the stamp among what it closes over."""
+    code = law.__code__.replace(co_freevars=(*law.__code__.co_freevars, "stamp"))
+    cell = types.CellType(stamp)
+    copy = types.FunctionType(
+        code, law.__globals__, law.__name__, law.__defaults__, (*(law.__closure__ or ()), cell)
+    )
+    copy.__qualname__ = law.__qualname__
+    return compiled(copy, **options)
 
 
 parallel_range: Any = range if numba is None else numba.prange

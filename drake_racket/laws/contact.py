@@ -4,9 +4,10 @@ With Q the ball's centre, S the string mass in contact, B the head's axes (z nor
 and p = p_SQ_B, v = the velocity of Q relative to S as seen in B:
 
     compression   x = -p_z,   x' = -v_z                                   [m, m/s]
-    normal force  N = max(0, kb x + cb x')           on the ball, along +z [N]
+    normal force  N = max(0, (kb + hb x) x + (cb + db x) x')   on the ball, along +z [N]
     friction      F = -mu N v_t / sqrt(|v_t|^2 + s_v^2)      reading "velocity"
                   F = -mu N d / sqrt(|d|^2 + s_d^2)          reading "displacement"
+                  a sheared spring and damper, cut at mu N   reading "element": `laws.surface`
 
 v_t is the tangential part of v, d the tangential part of p since touch. Glynn et al. (2011) take
 the direction of F from the vector string mass -> ball ("displacement"); both agree while the ball
@@ -17,10 +18,13 @@ The reaction to N and F acts on the string mass's body: by default at the point 
 which is the literal reading of forces between two particles. Once the ball has slid by p, the
 latter is a couple p x f that makes angular momentum and energy from nowhere.
 
-kb and cb are linear in the normal approach speed at first touch, and held at their end values
-outside the speeds for which they were identified.
+The normal law is a choice of the ball. `linear`, the paper's: hb = db = 0, and kb and cb are linear
+in the normal approach speed at first touch, held at their end values outside the speeds for which
+they were identified. `hunt_crossley`: stiffness and damping grow with compression and not with
+speed, after Hunt & Crossley (1975), Journal of Applied Mechanics 42:440-445, whose law is that with
+cb = 0: no force at touch, and restitution that falls with speed.
 
-Contact starts when x rises through 0 within the rim and ends when kb x + cb x' returns to 0. What
+Contact starts when x rises through 0 within the rim and ends when N returns to 0. What
 compression is left then is given up: the ball regains its shape off the strings. The law knows the
 ball from the +z side only.
 """
@@ -33,7 +37,9 @@ import numpy as np
 
 from drake_racket.laws.compilation import compilable, compiled
 
-FRICTION_READINGS = ("velocity", "displacement")
+NORMAL_LAWS = ("linear", "hunt_crossley")
+"""Laws of the ball's normal force; the first is the paper's."""
+FRICTION_READINGS = ("velocity", "displacement", "element")
 REACTION_POINTS = ("string_mass", "ball")
 
 FREE, CONTACT, PASSED = 0.0, 1.0, 2.0
@@ -52,19 +58,43 @@ def ball_constants(v: Any, speed_low: Any, speed_high: Any, low: Any, growth: An
 
 
 @compilable
+def normal_force(x: Any, rate: Any, kb: Any, cb: Any, hb: Any, db: Any) -> Any:
+    """Gives N (N) before it is clamped, at a compression x (m) and its rate (m/s).
+
+    Args:
+        kb, cb, hb, db: N/m, N s/m, N/m^2, N s/m^2.
+
+    """
+    return kb * x + cb * rate + x * (hb * x + db * rate)
+
+
+@compilable
+def normal_slopes(x: Any, rate: Any, kb: Any, cb: Any, hb: Any, db: Any) -> Any:
+    """Gives dN/dx (N/m) and dN/dx' (N s/m) of `normal_force`."""
+    return kb + (2.0 * hb * x + db * rate), cb + db * x
+
+
+@compilable
+def stored_energy(x: Any, kb: Any, hb: Any) -> Any:
+    """Gives the energy (J) in a ball that is compressed by x (m): kb x^2 / 2 + hb x^3 / 3."""
+    return 0.5 * kb * x * x + hb * x * x * x / 3.0
+
+
+@compilable
 def contact_law(p: Any, v: Any, constants: Any) -> Any:
     """Gives the force on the ball in the head's axes; equations in the module's docstring.
 
     Args:
         p, v: p_SQ_B (m) and v_SQ_B (m/s), three components each.
         constants: kb (N/m), cb (N s/m), mu (1), tangential offset of p at touch x, y (m), scale
-            (s_v in m/s or s_d in m), friction reading (0 velocity, 1 displacement).
+            (s_v in m/s or s_d in m), friction reading (0 velocity, 1 displacement), hb (N/m^2),
+            db (N s/m^2).
 
     Returns:
-        F_x, F_y, N (N), and kb x + cb x' before it is clamped (N).
+        F_x, F_y, N (N), and N before it is clamped.
 
     """
-    raw = -constants[0] * p[2] - constants[1] * v[2]
+    raw = normal_force(-p[2], -v[2], constants[0], constants[1], constants[7], constants[8])
     normal = raw if raw > 0.0 else 0.0 * raw
     if constants[6] > 0.5:
         tx, ty = p[0] - constants[3], p[1] - constants[4]
@@ -90,10 +120,17 @@ def contact_partials(p: Any, v: Any, constants: Any) -> Any:
         tx, ty = p[0] - constants[3], p[1] - constants[4]
     else:
         tx, ty = v[0], v[1]
+    ux, uy, ex, ey, share = friction_partials(tx, ty, normal, constants)
+    return fx, fy, normal, ux, uy, ex, ey, share
+
+
+@compilable
+def friction_partials(tx: Any, ty: Any, normal: Any, constants: Any) -> Any:
+    """Gives the last five of `contact_partials` for a sliding t (its reading's unit) under N."""
     r = (tx * tx + ty * ty + constants[5] * constants[5]) ** 0.5
     ex, ey = tx / r, ty / r
     mu = constants[2]
-    return fx, fy, normal, -mu * ex, -mu * ey, ex, ey, mu * normal / r
+    return -mu * ex, -mu * ey, ex, ey, mu * normal / r
 
 
 @compilable
@@ -123,13 +160,14 @@ def relative_motion(x_s: Any, x_q: Any, v_s: Any, v_q: Any) -> Any:
 
 
 @compilable
-def contact_powers(p: Any, v: Any, force: Any, cb: Any, w: Any) -> Any:
+def contact_powers(p: Any, v: Any, force: Any, damping: Any, w: Any) -> Any:
     """Gives the power (W) lost in the ball's damper, lost to friction, and gained from the couple.
 
-    cb x'^2 while N > 0; -F . v_t; and f . (w x p), which is what two opposite forces f do when
-    they act p apart on a head that turns at w. All vectors in the head's axes.
+    (cb + db x) x'^2 while N > 0, the `damping` (N s/m) in brackets given; -F . v_t; and f . (w x
+    p), which is what two opposite forces f do when they act p apart on a head that turns at w. All
+    vectors in the head's axes.
     """
-    in_ball = cb * v[2] * v[2] if force[2] > 0.0 else 0.0 * v[2]
+    in_ball = damping * v[2] * v[2] if force[2] > 0.0 else 0.0 * v[2]
     in_friction = -(force[0] * v[0] + force[1] * v[1])
     couple = (
         force[0] * (w[1] * p[2] - w[2] * p[1])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.laws.compilation import compilable
-from drake_racket.laws.contact import CONTACT, FREE, PASSED, ball_constants
+from drake_racket.laws.contact import CONTACT, FREE, PASSED, ball_constants, stored_energy
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class ContactModel:
 
     Attributes:
         ball: speed_low, speed_high (m/s), kb at speed_low (N/m), its growth, cb at speed_low
-            (N s/m), its growth.
+            (N s/m), its growth; hb (N/m^2), db (N s/m^2): see `laws.contact`.
         friction: mu at the n points.
         scales: s_v (m/s), s_d (m).
         grid: (n, 2) x, y (m) of the points in the head, about the centre.
@@ -40,7 +40,7 @@ class ContactModel:
 
     """
 
-    ball: tuple[float, float, float, float, float, float]
+    ball: tuple[float, ...]
     friction: tuple[float, ...]
     scales: tuple[float, float]
     grid: NDArray[np.float64]
@@ -61,18 +61,20 @@ class ContactModel:
     OFFSET_Y,
     SCALE,
     BY_DISPLACEMENT,
+    HB,
+    DB,
     AT_BALL,
     TOUCH,
     RELEASE,
     GIVEN_UP,
     TOUCHES,
-) = range(15)
-CONSTANTS = slice(KB, AT_BALL)  # the seven constants of contact_law, in its order
-SIZE = 15
+) = range(17)
+CONSTANTS = slice(KB, AT_BALL)  # the nine constants of contact_law, in its order
+SIZE = 17
 # on a discrete plant only: see the system's docstring
-WEIGHT, RATE, LEAD, SEEN = 15, slice(16, 19), slice(19, 22), 22
-ACTING, SPIN = slice(23, 32), slice(32, 35)
-DISCRETE_SIZE = 35
+WEIGHT, RATE, LEAD, SEEN = 17, slice(18, 21), slice(21, 24), 24
+ACTING, SPIN = slice(25, 34), slice(34, 37)
+DISCRETE_SIZE = 37
 
 NO_TIME = float("nan")
 """Of a touch or release that has not been."""
@@ -88,6 +90,7 @@ class ContactRecord:
         approach_speed: m/s, normal to the strings, at first touch.
         kb: N/m, of the ball at that speed.
         cb: N s/m, likewise.
+        hb, db: N/m^2, N s/m^2, what both grow by with compression.
         touch_time: s, of the first touch.
         release_time: s, of the last release.
         energy_given_up: J, of what compression was left at releases.
@@ -100,6 +103,8 @@ class ContactRecord:
     approach_speed: float
     kb: float
     cb: float
+    hb: float
+    db: float
     touch_time: float
     release_time: float
     energy_given_up: float
@@ -115,6 +120,8 @@ def contact_record(state: Any) -> ContactRecord:
         approach_speed=s[SPEED],
         kb=s[KB],
         cb=s[CB],
+        hb=s[HB],
+        db=s[DB],
         touch_time=s[TOUCH],
         release_time=s[RELEASE],
         energy_given_up=s[GIVEN_UP],
@@ -173,10 +180,12 @@ def latch(
     scale: Any,
     by_displacement: Any,
     at_ball: Any,
+    hb: Any,
+    db: Any,
 ) -> None:
     """Latches a touch, with the constants of `contact_law` given.
 
-    Kb and cb count at the first only.
+    Those of the normal force count at the first only.
 
     Args:
         point: number of the point that is hit.
@@ -187,6 +196,7 @@ def latch(
     """
     if record[TOUCHES] < 0.5:
         record[SPEED], record[KB], record[CB], record[TOUCH] = -v[2], kb, cb, time
+        record[HB], record[DB] = hb, db
     record[PHASE], record[POINT], record[MU] = CONTACT, float(point), mu
     record[OFFSET_X], record[OFFSET_Y] = p[0], p[1]
     record[SCALE], record[BY_DISPLACEMENT], record[AT_BALL] = scale, by_displacement, at_ball
@@ -217,7 +227,8 @@ def touch(
     by_displacement = 1.0 if choices[1] > 0.5 else 0.0
     scale = scales[1] if choices[1] > 0.5 else scales[0]
     mu = friction[point - 1]
-    latch(record, point, p, v, time, kb, cb, mu, scale, by_displacement, choices[2])
+    hb, db = ball[6], ball[7]
+    latch(record, point, p, v, time, kb, cb, mu, scale, by_displacement, choices[2], hb, db)
 
 
 @compilable
@@ -236,13 +247,14 @@ def release(record: Any, p: Any, time: Any) -> None:
     """The end of the force: the energy of what compression is left is given up."""
     record[PHASE] = PASSED if p[2] < 0.0 else FREE
     record[RELEASE] = time
-    record[GIVEN_UP] += 0.5 * record[KB] * p[2] * p[2]
+    record[GIVEN_UP] += stored_energy(-p[2], record[KB], record[HB])
 
 
 def late_release(record: Any, p: Any, v: Any, step: float) -> None:
     """Gives up what was stored half a discrete step (s) ago: up to then the last force acted."""
     stored = p[2] - 0.5 * step * v[2]
-    record[GIVEN_UP] += 0.5 * record[KB] * (stored * stored - p[2] * p[2])
+    squares, cubes = stored * stored - p[2] * p[2], p[2] ** 3 - stored**3
+    record[GIVEN_UP] += 0.5 * record[KB] * squares + record[HB] * cubes / 3.0
 
 
 def value_of(x: Any) -> float:

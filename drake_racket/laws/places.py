@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from drake_racket.laws.compilation import compilable
+from drake_racket.laws.phases import nearest_point
 
 
 @compilable
@@ -71,3 +72,19 @@ def bed_weights(grid: Any, rim: Any, x: Any, y: Any) -> Any:
     weights = shares[0] * cut, shares[1] * cut, shares[2] * cut, shares[3] * cut
     points = i * columns + k, i * columns + m, j * columns + k, j * columns + m
     return points, weights, shares
+
+
+@compilable
+def met_weights(grid: Any, rim: Any, x: Any, y: Any, alone: Any) -> Any:
+    """Gives what `bed_weights` does, or all of it to one mass.
+
+    Args:
+        alone: 0: over the nearest masses; a number from 1 on: that mass alone; -1: the nearest one.
+
+    """
+    if -0.5 < alone < 0.5:
+        return bed_weights(grid, rim, x, y)
+    point = (int(alone + 0.5) if alone > 0.0 else nearest_point(grid, x, y)) - 1
+    one = 1.0 + 0.0 * x
+    zero = 0.0 * x
+    return (point, point, point, point), (one, zero, zero, zero), (one, zero, zero, zero)

@@ -6,7 +6,7 @@ velocity relative to the head, z_i the deflections of the string masses and w_i 
 nearest of them:
 
     compression     x = sum w_i z_i + R - p_z                                        [m]
-    normal force    N = kb x + cb x'                  on the ball, along +z          [N]
+    normal force    N = (kb + hb x) x + (cb + db x) x'   on the ball, along +z       [N]
     contact point   C = Q - r e_z,   r = R - chi max(x, 0)                           [m]
     velocity at C   v_c = v_t + omega x (-r e_z), its part in the plane              [m/s]
     element         T = kt u + ct v_c
@@ -17,14 +17,17 @@ u (m, two components, a continuous state) is how far ball and strings are sheare
 touch. F and u' are continuous where gripping turns into sliding, so nothing is smoothed and nothing
 creeps. (N e_z + F) acts on the ball at C; -w_i of it on string mass i at C, and the rim's share on
 the head at C: action and reaction have one line, so energy and momentum close. Stored: kb x^2 / 2 +
-kt u^2 / 2; lost: cb x'^2 + ct u'^2 in the ball, -F . (v_c - u') to friction.
+hb x^3 / 3 + kt u^2 / 2; lost: (cb + db x) x'^2 + ct u'^2 in the ball, -F . (v_c - u') to friction.
 
 The weights are bilinear between the grid's lines, and fall from the outermost line to 0 at the rim.
 They are frozen at touch: weights that move with the ball would need a force along the bed's slope.
-At a point of the grid, with R = 0 and without friction, this is the law of `contact`.
+At a point of the grid, with R = 0 and without friction, this is the law of `contact`. With R = chi
+= 0 and one mass that is met alone it is the paper's ball, a point without spin, with this friction
+in place of the paper's two readings.
 
-kb, cb, touch, release and leaving are as in `contact` and `phases`. The record of a contact is that
-of `phases` with the numbers below behind it; its OFFSET_X and OFFSET_Y are the place of the touch.
+kb, cb, hb, db, touch, release and leaving are as in `contact` and `phases`. The record of a contact
+is that of `phases` with the numbers below behind it; its OFFSET_X and OFFSET_Y are the place of the
+touch.
 """
 
 from __future__ import annotations
@@ -35,13 +38,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_racket.laws.compilation import compilable, compiled
-from drake_racket.laws.contact import CONTACT, FREE, PASSED, ball_constants
+from drake_racket.laws import contact
+from drake_racket.laws.compilation import compilable, compiled, sources_stamp, stamped
+from drake_racket.laws.contact import (
+    CONTACT,
+    FREE,
+    PASSED,
+    ball_constants,
+    normal_force,
+    stored_energy,
+)
 from drake_racket.laws.phases import (
     AT_BALL,
     BY_DISPLACEMENT,
     CB,
+    DB,
     GIVEN_UP,
+    HB,
     KB,
     MU,
     OFFSET_X,
@@ -54,25 +67,25 @@ from drake_racket.laws.phases import (
     TOUCH,
     TOUCHES,
 )
-from drake_racket.laws.places import bed_weights
+from drake_racket.laws.places import met_weights
 
 CONTACTS = ("paper", "surface")
 """Laws of the contact: a point without spin on one string mass (the default), and this one."""
 
 GRIPS, SLID, SINCE, WEIGHT_0, POINT_0, RADIUS, FLATTENING, KT, CT = (
-    15,
-    16,
     17,
     18,
-    22,
-    26,
-    27,
+    19,
+    20,
+    24,
     28,
     29,
+    30,
+    31,
 )
 """Gripping (1) or sliding (0); time spent sliding, and since when it is so (s); four weights, and
 the points (from 1) that they are of; R (m), chi, kt (N/m), ct (N s/m) as latched."""
-SURFACE_SIZE = 30
+SURFACE_SIZE = 32
 assert GRIPS == SIZE
 
 NEARLY = 1e-9
@@ -86,15 +99,16 @@ class SurfaceModel:
     Attributes:
         ball: as of `ContactModel`.
         friction: mu at the n points.
-        surface: R (m), chi (1), kt (N/m), ct (N s/m).
+        surface: R (m), chi (1), kt (N/m), ct (N s/m); alone: 0, or which mass is met by itself
+            (`places.met_weights`).
         grid: (n, 2) x, y (m) of the points in the head, about the centre.
         rim: semi-axes along x, y (m); a ball outside passes by.
 
     """
 
-    ball: tuple[float, float, float, float, float, float]
+    ball: tuple[float, ...]
     friction: tuple[float, ...]
-    surface: tuple[float, float, float, float]
+    surface: tuple[float, float, float, float, float]
     grid: NDArray[np.float64]
     rim: tuple[float, float]
 
@@ -118,7 +132,7 @@ def surface_law(p: Any, v: Any, turn: Any, z: Any, rate: Any, u0: Any, u1: Any, 
 
     """
     x, x_rate = z + record[RADIUS] - p[2], rate - v[2]
-    normal = record[KB] * x + record[CB] * x_rate
+    normal = normal_force(x, x_rate, record[KB], record[CB], record[HB], record[DB])
     r = record[RADIUS] - record[FLATTENING] * x if x > 0.0 else record[RADIUS] + 0.0 * x
     c0, c1 = v[0] - r * turn[1], v[1] + r * turn[0]
     kt, ct = record[KT], record[CT]
@@ -137,8 +151,9 @@ def surface_law(p: Any, v: Any, turn: Any, z: Any, rate: Any, u0: Any, u1: Any, 
 @compilable
 def surface_losses(found: Any, record: Any) -> Any:
     """Gives the power (W) lost in the ball and to friction, from what `surface_law` returns."""
-    f0, f1, _, s0, s1, c0, c1, _, _, x_rate, _ = found
-    in_ball = record[CB] * x_rate * x_rate + record[CT] * (s0 * s0 + s1 * s1)
+    f0, f1, _, s0, s1, c0, c1, _, x, x_rate, _ = found
+    damping = record[CB] + record[DB] * x
+    in_ball = damping * x_rate * x_rate + record[CT] * (s0 * s0 + s1 * s1)
     return in_ball, -(f0 * (c0 - s0) + f1 * (c1 - s1))
 
 
@@ -165,11 +180,12 @@ def surface_touch(
         ball, friction, surface, grid, rim: as of `SurfaceModel`.
 
     """
-    points, weights, shares = bed_weights(grid, rim, place[0], place[1])
+    points, weights, shares = met_weights(grid, rim, place[0], place[1], surface[4])
     if record[TOUCHES] < 0.5:
         record[SPEED], record[TOUCH] = x_rate, time
         record[KB] = ball_constants(x_rate, ball[0], ball[1], ball[2], ball[3])
         record[CB] = ball_constants(x_rate, ball[0], ball[1], ball[4], ball[5])
+        record[HB], record[DB] = ball[6], ball[7]
     mu, nearest = 0.0 * place[0], 0
     for i in range(4):
         record[WEIGHT_0 + i], record[POINT_0 + i] = weights[i], float(points[i] + 1)
@@ -208,7 +224,8 @@ def surface_release(record: Any, x: Any, u0: Any, u1: Any, time: Any) -> None:
         record[SLID] += time - record[SINCE]
     record[PHASE] = PASSED if x > 0.0 else FREE
     record[RELEASE] = time
-    record[GIVEN_UP] += 0.5 * record[KB] * x * x + 0.5 * record[KT] * (u0 * u0 + u1 * u1)
+    record[GIVEN_UP] += stored_energy(x, record[KB], record[HB])
+    record[GIVEN_UP] += 0.5 * record[KT] * (u0 * u0 + u1 * u1)
 
 
 @compilable
@@ -334,5 +351,5 @@ def round_place(number: Any) -> int:
     return int(number + 0.5) - 1
 
 
-COMPILED_SURFACE = compiled(surface_forces)
+COMPILED_SURFACE = stamped(surface_forces, sources_stamp(contact))
 COMPILED_SURFACE_MOTION = compiled(surface_motion)

@@ -1,5 +1,6 @@
 """Reads and checks the ball file; its numbers carry unit, status and source (`quantities`)."""
 
+import dataclasses
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
@@ -7,8 +8,9 @@ from pathlib import Path
 from typing import Annotated
 
 from drake_racket.io.errors import InputError
-from drake_racket.io.schema import Schema, Text, check_fields, read, shown
+from drake_racket.io.schema import OneOf, Schema, Text, check_fields, read, shown
 from drake_racket.io.yaml_files import load_file, shipped_or_path
+from drake_racket.laws.contact import NORMAL_LAWS
 from drake_racket.parameters.quantities import Of, Quantity, check_name
 
 BALLS = ("penn_titanium", "penn_titanium_slow")
@@ -24,11 +26,23 @@ class BallSurface(Schema):
     tangential_damping: Annotated[Quantity, Of("N*s/m")]  # ct
 
 
+@dataclass(frozen=True)
+class BallHuntCrossley(Schema):
+    """Has the constants of normal law `hunt_crossley`: N = (kb + hb x) x + (cb + db x) x'."""
+
+    stiffness: Annotated[Quantity, Of("N/m")]  # kb
+    stiffness_rise: Annotated[Quantity, Of("N/m^2", sign="non-negative")]  # hb
+    damping: Annotated[Quantity, Of("N*s/m", sign="non-negative")]  # cb
+    damping_rise: Annotated[Quantity, Of("N*s/m^2", sign="non-negative")]  # db
+
+
 @dataclass(frozen=True, repr=False)
 class BallParameters(Schema):
-    """The ball's kb and cb are linear in its approach speed (`laws.contact`).
+    """The ball's normal force is by `normal` one of two laws (`laws.contact`).
 
-    With contact `paper` it is a point mass; with `surface` it has `radius` and `surface`.
+    `linear`: kb and cb are linear in its approach speed. `hunt_crossley`: constants of its own,
+    which grow with compression. With contact `paper` the ball is a point mass; with `surface` it
+    has `radius` and `surface`.
     """
 
     name: Text
@@ -45,20 +59,32 @@ class BallParameters(Schema):
     sliding_distance_scale: Annotated[Quantity, Of("m")]
     notes: tuple[Text, ...]
     surface: BallSurface | None = None
+    normal: Annotated[str, OneOf(*NORMAL_LAWS)] = "linear"
+    hunt_crossley: BallHuntCrossley | None = None
 
     def __repr__(self) -> str:
         """Shows name and title."""
         return shown(self, f"{self.name}: {self.title}")
 
 
-def load_ball(ball: str | os.PathLike[str] = "penn_titanium") -> BallParameters:
+def load_ball(
+    ball: str | os.PathLike[str] = "penn_titanium", *, normal: str | None = None
+) -> BallParameters:
     """Loads the shipped ball by name, or any ball from its YAML file.
+
+    Args:
+        normal: law of the normal force in place of the file's, `linear` or `hunt_crossley`.
 
     Raises:
         InputError: unknown name, unreadable file, or content that does not fit.
 
     """
-    return read_ball(shipped_or_path(ball, "ball", BALLS, "ball_"))
+    found = read_ball(shipped_or_path(ball, "ball", BALLS, "ball_"))
+    if normal is None:
+        return found
+    found = dataclasses.replace(found, normal=normal)
+    check_ball(found, f"ball {found.name}")
+    return found
 
 
 def read_ball(path: str | Path) -> BallParameters:
@@ -100,6 +126,10 @@ def _check_whole(ball: BallParameters, where: str) -> None:
         raise InputError(
             f"{where}: speed_high.value", ball.speed_high.value, f"above {ball.speed_low.value}"
         )
+    if ball.normal == "hunt_crossley" and ball.hunt_crossley is None:
+        names = ", ".join(f.name for f in fields(BallHuntCrossley))
+        allowed = f"the numbers {names} for normal hunt_crossley"
+        raise InputError(f"{where}: hunt_crossley", "nothing", allowed)
     if ball.surface is not None:
         for key, most in (("inertia_factor", 2.0 / 3.0), ("flattening", 1.0)):
             found: Quantity = getattr(ball.surface, key)

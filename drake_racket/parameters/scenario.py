@@ -31,7 +31,7 @@ from drake_racket.io.schema import (
     refusal,
     shown_changes,
 )
-from drake_racket.laws.contact import FRICTION_READINGS, REACTION_POINTS
+from drake_racket.laws.contact import FRICTION_READINGS, NORMAL_LAWS, REACTION_POINTS
 from drake_racket.laws.surface import CONTACTS
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.frame import JOINT_READINGS
@@ -124,9 +124,12 @@ class Scenario(Schema):
         ball: `penn_titanium`, or the path of a ball's file.
         joint_reading: `by_axis`, `as_printed`, or empty for what the racket's file says.
         friction_reading: where friction points: against the sliding `velocity`, or the
-            `displacement` from the place of touch, as the paper has it.
+            `displacement` from the place of touch, as the paper has it; or by an `element`, a
+            spring and a damper along the strings that slide at mu N (`laws.surface`).
         reaction_point: where the contact's reaction acts on the head: at the `ball`, or at the
             `string_mass`, as the paper has it.
+        normal: law of the ball's normal force, `linear` or `hunt_crossley` (`laws.contact`), or
+            empty for what the ball's file says.
         contact: `paper`, a ball that is a point without spin and meets one string mass, or
             `surface`, one with radius and spin that meets the strings anywhere (`laws.surface`);
             `point` then is but where its surface is aimed, and the two above have no say.
@@ -163,6 +166,7 @@ class Scenario(Schema):
     joint_reading: Annotated[str, OneOf("", *JOINT_READINGS)] = ""
     friction_reading: Annotated[str, OneOf(*FRICTION_READINGS)] = "velocity"
     reaction_point: Annotated[str, OneOf(*REACTION_POINTS)] = "ball"
+    normal: Annotated[str, OneOf("", *NORMAL_LAWS)] = ""
     contact: Annotated[str, OneOf(*CONTACTS)] = "paper"
     support: Annotated[str, OneOf(*SUPPORTS)] = "free"
     grip: Text = "normal"
@@ -216,7 +220,28 @@ class Scenario(Schema):
 
     def load_ball(self) -> BallParameters:
         """Loads the ball's parameters, with the overrides; raises InputError."""
-        return apply_overrides(load_ball(self.ball), self.overrides)
+        return apply_overrides(load_ball(self.ball, normal=self.normal or None), self.overrides)
+
+    def has_element(self) -> bool:
+        """Tells whether a sheared spring and damper make friction: `laws.surface`."""
+        return self.contact == "surface" or self.friction_reading == "element"
+
+    def idle_of_ball(self, ball: BallParameters) -> dict[str, str]:
+        """Gives beginnings of a ball's keys whose numbers do nothing here, and the law's name."""
+        idle = {}
+        if self.contact == "surface":
+            idle["sliding_"] = "contact surface"
+        elif self.has_element():
+            law = "friction_reading element"
+            idle |= dict.fromkeys(("sliding_", "surface.inertia_", "surface.flattening"), law)
+        else:
+            idle["surface."] = "contact paper"
+        if ball.normal == "linear":
+            idle["hunt_crossley."] = "normal linear"
+        else:
+            law = f"normal {ball.normal}"
+            idle |= dict.fromkeys(("stiffness_", "damping_"), law)
+        return idle
 
     def load_grip(self) -> GripStiffness:
         """Loads the hand's grip, with the overrides; raises InputError."""

@@ -84,8 +84,20 @@ def set_ball_inertia(ball: Ball, root: Context, parameters: BallParameters) -> N
     )
 
 
-def ball_law(parameters: BallParameters) -> tuple[float, float, float, float, float, float]:
-    """Gives the numbers of kb and cb against speed, as `ContactModel.ball` has them."""
+def ball_law(parameters: BallParameters) -> tuple[float, ...]:
+    """Gives the eight numbers of the normal force, as `ContactModel.ball` has them."""
+    own = parameters.hunt_crossley
+    if parameters.normal == "hunt_crossley" and own is not None:
+        return (
+            parameters.speed_low.value,
+            parameters.speed_high.value,
+            own.stiffness.value,
+            0.0,
+            own.damping.value,
+            0.0,
+            own.stiffness_rise.value,
+            own.damping_rise.value,
+        )
     return (
         parameters.speed_low.value,
         parameters.speed_high.value,
@@ -93,4 +105,6 @@ def ball_law(parameters: BallParameters) -> tuple[float, float, float, float, fl
         parameters.stiffness_growth.value,
         parameters.damping_low.value,
         parameters.damping_growth.value,
+        0.0,
+        0.0,
     )

@@ -36,6 +36,7 @@ from drake_racket.plant.ball import Ball
 from drake_racket.plant.contacts import (
     check_contact,
     contact_model,
+    element_model,
     surface_bodies,
     surface_model,
 )
@@ -110,7 +111,8 @@ def add_impact(
 
     Args:
         point: number of the string-bed point that the ball meets, or 0 for the nearest at touch.
-        friction_reading: `velocity` or `displacement` (see `laws.contact`).
+        friction_reading: `velocity`, `displacement` or `element` (see `laws.contact`); with the
+            last one the contact is a SurfaceContact.
         reaction_point: where the reaction to the contact force acts on the head: `ball`, at the
             ball (action and reaction along one line), or `string_mass`, as the source has it.
         contact: `paper`, a point without spin on one string mass, or `surface`, a ball with radius
@@ -127,7 +129,7 @@ def add_impact(
     _check_plant(builder, plant, "add_impact", racket, ball)
     _check_choices(racket, point, friction_reading, reaction_point)
     if ball is not None:
-        check_contact(contact, ball, "add_impact: contact")
+        check_contact(contact, ball, "add_impact: contact", friction_reading)
     _finalize(plant)
     name = name or plant.GetModelInstanceName(racket.model_instance)
     string_bed = builder.AddNamedSystem(
@@ -169,10 +171,12 @@ def add_contact(
     """Adds one contact and connects its inputs; returns the system. As `add_impact`."""
     _check_plant(builder, plant, "add_contact", racket, ball)
     _check_choices(racket, point, friction_reading, reaction_point)
-    check_contact(contact, ball, "add_contact: contact")
+    check_contact(contact, ball, "add_contact: contact", friction_reading)
     _finalize(plant)
-    if contact == "surface":
+    if contact == "surface" or friction_reading == "element":
         own = surface_model(racket.parameters, ball.parameters)
+        if contact == "paper":
+            own = element_model(racket.parameters, ball.parameters, point)
         system = builder.AddNamedSystem(
             name, SurfaceContact(own, surface_bodies(racket, ball), plant)
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from drake_racket.io.errors import InputError
@@ -52,10 +54,26 @@ def surface_model(racket: RacketParameters, ball: BallParameters) -> SurfaceMode
             surface.flattening.value,
             surface.tangential_stiffness.value,
             surface.tangential_damping.value,
+            0.0,
         ),
         grid=bed.spacing.value * racket.bed_topology().places,
         rim=(bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value),
     )
+
+
+def element_model(racket: RacketParameters, ball: BallParameters, point: int) -> SurfaceModel:
+    """Gives the numbers of friction reading `element`: the paper's ball, for the same system.
+
+    Args:
+        point: number of the string mass that it meets, or 0 for the nearest at touch.
+
+    Raises:
+        InputError: the ball has no numbers of its surface.
+
+    """
+    found = surface_model(racket, ball)
+    _, _, kt, ct, _ = found.surface
+    return replace(found, surface=(0.0, 0.0, kt, ct, float(point or -1)))
 
 
 def surface_bodies(racket: Racket, ball: Ball) -> SurfaceBodies:
@@ -77,7 +95,7 @@ def surface_bodies(racket: Racket, ball: Ball) -> SurfaceBodies:
     )
 
 
-def check_contact(contact: str, ball: Ball, key: str) -> None:
+def check_contact(contact: str, ball: Ball, key: str, friction_reading: str = "velocity") -> None:
     """Raises InputError unless a ball can meet strings by this law on its plant."""
     if contact not in CONTACTS:
         raise InputError(key, contact, ", ".join(CONTACTS))
@@ -87,5 +105,9 @@ def check_contact(contact: str, ball: Ball, key: str) -> None:
             contact,
             f"{ball.contact}, as the ball was made (add_ball(..., contact={contact!r}))",
         )
-    if contact == "surface" and ball.plant.time_step() > 0.0:
-        raise InputError(key, "surface, on a discrete plant", "a continuous one (time_step 0)")
+    if ball.plant.time_step() > 0.0:
+        allowed = "a continuous one (time_step 0)"
+        if contact == "surface":
+            raise InputError(key, "surface, on a discrete plant", allowed)
+        if friction_reading == "element":
+            raise InputError(key, "friction reading element, on a discrete plant", allowed)

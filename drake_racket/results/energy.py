@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_racket.engines.trajectory import Mechanism, Motion, Trajectory, cross
-from drake_racket.laws.contact import CONTACT
+from drake_racket.laws.contact import CONTACT, stored_energy
 from drake_racket.laws.limits import limit_energies
-from drake_racket.laws.phases import GIVEN_UP, KB, PHASE
+from drake_racket.laws.phases import GIVEN_UP, HB, KB, PHASE
 from drake_racket.laws.strings import bent_energy, spring_energy
 from drake_racket.laws.surface import KT
 from drake_racket.laws.totals import (
@@ -295,10 +295,10 @@ def _state(trajectory: Trajectory) -> tuple[Array, Array]:
 
 
 def _stored_in_ball(trajectory: Trajectory) -> Array:
-    """(kb x^2 + kt u^2) / 2 in contact, (m,) (J)."""
+    """Of compression and of shear, in contact, (m,) (J)."""
     record = trajectory.record[trajectory.motion.samples]
     x = trajectory.contact[trajectory.motion.samples, 2]
-    stored = 0.5 * record[:, KB] * x * x
+    stored = np.asarray(stored_energy(x, record[:, KB], record[:, HB]))
     if trajectory.element.size:
         u = trajectory.element[trajectory.motion.samples]
         stored = stored + 0.5 * record[:, KT] * np.einsum("mi,mi->m", u, u)

@@ -29,8 +29,16 @@ _XYZ = ("x", "y", "z")
 _Row = tuple[str, str | None, str, str, str]
 
 
-def make_history(case: Case, trajectory: Trajectory, energies: Balances | None) -> xarray.Dataset:
+def make_history(
+    case: Case,
+    trajectory: Trajectory,
+    energies: Balances | None,
+    only: frozenset[str] | None = None,
+) -> xarray.Dataset:
     """Labels a trajectory of which every sample's motion is known.
+
+    Args:
+        only: names of the variables to label, and no attributes of the whole; None: everything.
 
     Returns:
         A Dataset over `time` (s from touch, or from the start if the ball did not touch); every
@@ -46,7 +54,9 @@ def make_history(case: Case, trajectory: Trajectory, energies: Balances | None) 
     zero = touch if np.isfinite(touch) else 0.0
     columns = _impact_columns(trajectory) | _surface_columns(trajectory)
     columns |= _hand_columns(trajectory) | _limb_columns(trajectory)
-    if energies is not None:
+    if only is not None:
+        columns = {name: column for name, column in columns.items() if name in only}
+    elif energies is not None:
         columns["energy"] = energies.energies
     in_world = mechanism.limb is not None
     variables: dict[str, Any] = {}
@@ -55,9 +65,12 @@ def make_history(case: Case, trajectory: Trajectory, energies: Balances | None) 
         dimensions = ("time",) if dimension is None else ("time", dimension)
         attributes = variable_attributes(name, in_world=in_world)
         variables[name] = (dimensions, columns[name], attributes)
+    time = {"time": ("time", trajectory.time - zero, dict(TIME_ATTRIBUTES))}
+    if only is not None:
+        return xarray.Dataset(variables, coords=time | {"axis": list(_XYZ)})
     return xarray.Dataset(
         variables,
-        coords={"time": ("time", trajectory.time - zero, dict(TIME_ATTRIBUTES))}
+        coords=time
         | _coordinates(mechanism)
         | ({} if energies is None else {"store": list(STORES)}),
         attrs=_attributes(case) | {"geometry": _geometry(case, mechanism)},

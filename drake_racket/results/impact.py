@@ -207,13 +207,16 @@ class ImpactResult:
         return values | {"scenario": dataclasses.asdict(self.scenario), "units": units}
 
 
-def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactResult:
+def make_result(
+    case: Case, trajectory: Trajectory, *, history: bool, only: frozenset[str] | None = None
+) -> ImpactResult:
     """Reads the result from a trajectory; see `simulation.simulate`.
 
     Args:
         case: that was run.
         trajectory: of it; with the motion at every sample for a history.
         history: label the time history.
+        only: of its variables; see `make_history`.
 
     """
     scenario = case.scenario
@@ -226,7 +229,7 @@ def make_result(case: Case, trajectory: Trajectory, *, history: bool) -> ImpactR
     released = touched and record.phase != CONTACT
     held = scenario.support.startswith("clamped")  # a hand lets the racket move
     energies = balances(trajectory, held=held) if trajectory.audited() else None
-    dataset = make_history(case, trajectory, energies) if history else None
+    dataset = make_history(case, trajectory, energies, only) if history else None
     motion = _racket_motion(trajectory)
     spins = ball_spins(trajectory) @ R_WR
     slid = sliding(trajectory)

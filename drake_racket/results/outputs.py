@@ -19,7 +19,7 @@ from drake_racket.results.impact import ImpactResult
 if TYPE_CHECKING:
     import xarray
 
-AUDIT, HAND, LIMB, SURFACE = "audit", "hand", "limb", "surface"
+AUDIT, HAND, LIMB, SURFACE, SHEAR = "audit", "hand", "limb", "surface", "element"
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,11 @@ class Output:
         long_name: what it is, in words.
         read: a module's function (it travels between processes); NaN where there is no number.
         needs_history: it is read from the time history, which makes a run slower.
+        variables: of the history that it is read from (`in_contact` beside them, for what comes
+            after release): a sweep labels no others then. None: all.
         needs: what a scenario must have for it: AUDIT (`audit: true`), HAND (support grip or limb),
-            LIMB (support limb) or SURFACE (contact surface); without it the number is NaN.
+            LIMB (support limb), SURFACE (contact surface) or SHEAR (that, or friction reading
+            element); without it the number is NaN.
         of_engine: it tells how an engine worked, not what happened: engines need not agree.
 
     """
@@ -45,6 +48,7 @@ class Output:
     needs_history: bool = False
     needs: str = ""
     of_engine: bool = False
+    variables: tuple[str, ...] | None = None
 
     def available(self, scenario: Scenario) -> bool:
         """Tells whether such a scenario can have it."""
@@ -52,6 +56,8 @@ class Output:
             return scenario.support in ("grip", "limb")
         if self.needs == SURFACE:
             return scenario.contact == "surface"
+        if self.needs == SHEAR:
+            return scenario.has_element()
         if self.needs == LIMB:
             return scenario.support == "limb" and scenario.audit
         return scenario.audit or self.needs != AUDIT
@@ -100,7 +106,8 @@ def _single(
     of_engine: bool = False,
 ) -> Output:
     read = functools.partial(_attribute, name=name)
-    return Output(name, units, text, read, needs_history, needs, of_engine)
+    # what a result holds itself needs the whole run, but none of the history's variables
+    return Output(name, units, text, read, needs_history, needs, of_engine, variables=())
 
 
 def _vector(name: str, units: str, text: str) -> list[Output]:
@@ -212,6 +219,7 @@ VIBRATION = (
         "root mean square of mid-handle's acceleration along z after release",
         functools.partial(_of_history, read=handle_ringing),
         needs_history=True,
+        variables=("in_contact", "handle_acceleration"),
     ),
     Output(
         "bending_angle",
@@ -219,6 +227,7 @@ VIBRATION = (
         "largest out-of-plane angle at the throat joint after release",
         functools.partial(_of_history, read=bending_after_release),
         needs_history=True,
+        variables=("in_contact", "out_of_plane_angle"),
     ),
 )
 
@@ -239,14 +248,24 @@ def _all() -> list[Output]:
         *_vector("spin_after", "rad/s", "angular velocity of the ball at its last release"),
         *_pair("rebound_angle", "rebound_angles", "rad", "rebound angle in the plane with z"),
         *_pair("impulse_place", "impulse_place", "m", "place of the impulse in the strings' plane"),
-        *_pair("touch_place", "touch_place", "m", "place of the first touch in the bed", SURFACE),
+        *_pair("touch_place", "touch_place", "m", "place of the first touch in the bed", SHEAR),
         *(
-            _single(name, units, text, needs=SURFACE)
-            for name, units, text in (
-                ("tangential_restitution", "1", "tangential restitution of the ball's surface"),
-                ("sliding_fraction", "1", "share of the contact spent sliding"),
-                ("grip_time", "s", "time in contact spent gripping"),
-                ("overspin_time", "s", "time in contact with the ball's surface going backwards"),
+            _single(name, units, text, needs=needs)
+            for name, units, text, needs in (
+                (
+                    "tangential_restitution",
+                    "1",
+                    "tangential restitution of the ball's surface",
+                    SURFACE,
+                ),
+                ("sliding_fraction", "1", "share of the contact spent sliding", SHEAR),
+                ("grip_time", "s", "time in contact spent gripping", SHEAR),
+                (
+                    "overspin_time",
+                    "s",
+                    "time in contact with the ball's surface going backwards",
+                    SHEAR,
+                ),
             )
         ),
         *_vector("angular_impulse", "N*m*s", "angular impulse on the racket about the butt"),
@@ -300,6 +319,7 @@ def _all() -> list[Output]:
                 f"largest magnitude of the {text} on the hand",
                 functools.partial(_hand_peak, name=name),
                 needs_history=True,
+                variables=(name,),
                 needs=HAND,
             )
             for name, units, text in (
@@ -338,6 +358,17 @@ def find_outputs(chosen: Sequence[str | Output], where: str) -> tuple[Output, ..
     if not found:
         raise InputError(where, "no output", "at least one of " + ", ".join(OUTPUTS))
     return tuple(found)
+
+
+def history_variables(outputs: Sequence[Output]) -> frozenset[str] | None:
+    """Gives the variables of the history that outputs are read from; None: all."""
+    found: set[str] = set()
+    for output in outputs:
+        if output.needs_history:
+            if output.variables is None:
+                return None
+            found.update(output.variables)
+    return frozenset(found)
 
 
 def read_outputs(result: ImpactResult, outputs: Sequence[Output]) -> list[float]:

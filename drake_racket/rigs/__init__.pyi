@@ -44,6 +44,8 @@ from .modes.shapes import head_node as head_node
 from .restitution_map import along_axis as along_axis
 from .restitution_map import axis_offsets as axis_offsets
 from .restitution_map import restitution_map as restitution_map
+from .spin import rigid_slip_limit as rigid_slip_limit
+from .spin import rolling_limit as rolling_limit
 from .spin import slip_limit as slip_limit
 from .spin import spin_over_incidence as spin_over_incidence
 from .static_stiffness import FORCES as FORCES

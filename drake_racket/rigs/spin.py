@@ -6,10 +6,11 @@ Impacts run in the clamped engine, the law of contact `surface`. Friction is one
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_racket.engines.clamped.batch import make_bed
 from drake_racket.engines.clamped.spinning import run_spinning, spinning_impacts
@@ -44,7 +45,8 @@ def spin_over_incidence(
 
     Returns:
         `spin` (rpm, as `spin_rpm`), `angle` (degrees from the normal, positive onwards),
-        `speed` (m/s), `restitution` and `sliding` (share of the contact).
+        `speed` (m/s), `restitution`, `sliding` (share of the contact), and `surface_speed` (m/s):
+        of the ball's surface over the strings after, positive onwards.
 
     """
     import xarray
@@ -61,6 +63,7 @@ def spin_over_incidence(
         impacts = spinning_impacts(racket, ball, places, velocities, spins, friction=mu)
         found = run_spinning(bed, model, ball.mass.value, impacts)
         v = found.velocities
+        surface_speed = v[:, 1] + ball.radius.value * found.spins[:, 0]
         rows.append(
             (
                 -found.spins[:, 0] / RPM,
@@ -68,6 +71,7 @@ def spin_over_incidence(
                 np.linalg.norm(v, axis=1),
                 -v[:, 2] / velocities[:, 2],
                 found.sliding_time / found.contact_time,
+                surface_speed,
             )
         )
     names = {
@@ -76,6 +80,7 @@ def spin_over_incidence(
         "speed": ("m/s", "rebound speed"),
         "restitution": ("1", "normal rebound over normal approach speed"),
         "sliding": ("1", "share of the contact spent sliding"),
+        "surface_speed": ("m/s", "speed of the ball's surface over the strings, after"),
     }
     table = np.array(rows)
     return xarray.Dataset(
@@ -104,13 +109,63 @@ def slip_limit(
         friction: mu.  speed: m/s.  within: degrees.
 
     """
+    return _limit(
+        lambda data: data["sliding"].to_numpy()[0] > 1.0 - 1e-9,
+        friction,
+        racket,
+        ball,
+        speed,
+        within,
+    )
+
+
+def rolling_limit(
+    friction: float,
+    racket: RacketParameters | None = None,
+    ball: BallParameters | None = None,
+    *,
+    speed: float = 25.0,
+    within: float = 0.05,
+) -> float:
+    """Gives the incidence (degrees) from which a ball without spin leaves before it rolls.
+
+    Its surface then still goes onwards over the strings: what `rigid_slip_limit` is about. Below,
+    a sheared element may still unwind, and by its force slide, after the ball has come to roll.
+
+    Args:
+        friction: mu.  speed: m/s.  within: degrees.
+
+    """
+    # far below the limit an element that gives little back leaves a ball short of rolling too
+    return _limit(
+        lambda data: (
+            (data["surface_speed"].to_numpy()[0] > 0.0)
+            & (data["sliding"].to_numpy()[0] > 1.0 - 1e-9)
+        ),
+        friction,
+        racket,
+        ball,
+        speed,
+        within,
+    )
+
+
+def _limit(
+    beyond: Callable[[xarray.Dataset], NDArray[np.bool_]],
+    friction: float,
+    racket: RacketParameters | None,
+    ball: BallParameters | None,
+    speed: float,
+    within: float,
+) -> float:
+    """The incidence (degrees) from which impacts are `beyond` a limit."""
     low, high = 30.0, 80.0
     while high - low > within:
         angles = np.linspace(low, high, 12)
         data = spin_over_incidence(
             racket, ball, speed=speed, incidences=angles.tolist(), frictions=[friction]
         )
-        slides = data["sliding"].to_numpy()[0] > 1.0 - 1e-9
+        slides = beyond(data)
         if not slides.any():
             return high
         first = int(np.argmax(slides))

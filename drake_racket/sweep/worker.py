@@ -22,7 +22,7 @@ from drake_racket.io.fingerprint import as_text, computation, difference
 from drake_racket.laws.compilation import HAS_NUMBA
 from drake_racket.parameters.scenario import IntegratorSettings, Scenario
 from drake_racket.results.impact import ImpactResult, make_result
-from drake_racket.results.outputs import Output, read_outputs
+from drake_racket.results.outputs import Output, history_variables, read_outputs
 from drake_racket.simulation import simulate
 from drake_racket.sweep.identity import file_hashes
 
@@ -263,7 +263,8 @@ def _result(now: _Running, contexts: dict[CompiledImpact, list[Context]]) -> Imp
         samples, seconds = now.compiled.samples.result()
         now.seconds += seconds
         trajectory = model.trajectory(start, samples, every_sample=now.history)
-        return make_result(case, trajectory, history=now.history)
+        only = None if now.task.data else history_variables(now.task.settings.outputs)
+        return make_result(case, trajectory, history=now.history, only=only)
     finally:
         contexts[model].append(start.root)
 

@@ -44,6 +44,7 @@ def force_plate(plan: Plan, progress: Report) -> SectionResult:
     progress(Progress("", 1, 2))
     drop = make_force_plate().run(drop_speed())
     slow = make_force_plate().run(drop_speed(), load_ball("penn_titanium_slow"))
+    grows = make_force_plate().run(drop_speed(), load_ball(normal="hunt_crossley"))
     names = ("contact_time", "peak_force", "restitution", "rebound_speed", "impulse")
     differences = [abs(dataset[n] / dataset[f"{n}_closed_form"] - 1.0).max() for n in names]
     history = abs(dataset["force"] - dataset["force_closed_form"]).max("time")
@@ -56,6 +57,7 @@ def force_plate(plan: Plan, progress: Report) -> SectionResult:
         "plate.contact_time": float(dataset["contact_time"].max()),
         "plate.drop_restitution": drop.restitution,
         "plate.drop_restitution.slow": slow.restitution,
+        "plate.drop_restitution.hunt_crossley": grows.restitution,
         "plate.closed_form": max(float(d) for d in differences),
     }
     text = [

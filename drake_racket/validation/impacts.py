@@ -9,7 +9,6 @@ import numpy as np
 
 from drake_racket.cases.case import changed
 from drake_racket.io.progress import Progress, Report, part_of
-from drake_racket.laws.contact import FRICTION_READINGS
 from drake_racket.parameters.racket import RACKETS, TENSIONS, load_racket
 from drake_racket.plots.rigs.restitution import (
     along_axis_figure,
@@ -68,8 +67,15 @@ def head_clamped(plan: Plan, progress: Report) -> SectionResult:
         drop = float(drops["restitution"].sel(racket=racket))
         values[f"clamped.{racket}.drop"] = drop
     metre = math.sqrt(2.0 * STANDARD_GRAVITY)
-    slow = changed(dropped, speed=metre, ball="penn_titanium_slow", after=0.02, engine="compiled")
-    values["clamped.tour.drop_1m"] = simulate(slow, history=False).apparent_restitution
+    slow = changed(dropped, after=0.02, engine="compiled")
+    grows = changed(slow, normal="hunt_crossley")
+    for key, scenario in (
+        ("drop.hunt_crossley", grows),
+        ("drop_1m", changed(slow, speed=metre, ball="penn_titanium_slow")),
+        ("drop_1m.hunt_crossley", changed(grows, speed=metre)),
+    ):
+        found = simulate(scenario, history=False).apparent_restitution
+        values[f"clamped.tour.{key}"] = found
     middle = float(plan.speeds[len(plan.speeds) // 2])
     spread = (restitution.max("point") - restitution.min("point")) / restitution.mean("point")
     text = [
@@ -124,7 +130,7 @@ def oblique(plan: Plan, progress: Report) -> SectionResult:
             f"- angle read {reading.replace('_', ' ')}, friction by {friction}:"
             f" {span(angle_reading=reading, friction_reading=friction)}"
             for reading in ANGLE_READINGS
-            for friction in FRICTION_READINGS
+            for friction in dataset["friction_reading"].to_numpy()
         ),
         "With the angle read from the normal a point mass has no spin to take up: it stops sliding"
         " while it is in contact, and friction no longer decides its angle. Friction along the"

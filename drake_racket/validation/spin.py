@@ -11,7 +11,7 @@ from drake_racket.io.progress import Progress, Report
 from drake_racket.parameters.ball import load_ball, surface_of
 from drake_racket.parameters.scenario import RPM, Scenario
 from drake_racket.plots.rigs.spin import spin_figure
-from drake_racket.rigs.spin import rigid_slip_limit, slip_limit, spin_over_incidence
+from drake_racket.rigs.spin import rigid_slip_limit, rolling_limit, slip_limit, spin_over_incidence
 from drake_racket.simulation import simulate
 from drake_racket.validation.outcome import Plan, SectionResult
 
@@ -56,10 +56,10 @@ def spin(plan: Plan, progress: Report) -> SectionResult:
     dataset = spin_over_incidence(incidences=range(0, 71, step))
     factor = surface_of(load_ball()).inertia_factor.value
     for mu in LIMITS:
-        limit = slip_limit(mu)
-        near = spin_over_incidence(incidences=[limit], frictions=[mu])
-        rigid = rigid_slip_limit(mu, float(near["restitution"][0, 0]), factor)
-        values[f"spin.slip_limit.{round(100 * mu)}"] = limit - rigid
+        for name, limit in (("slip", slip_limit(mu)), ("rolling", rolling_limit(mu))):
+            near = spin_over_incidence(incidences=[limit], frictions=[mu])
+            rigid = rigid_slip_limit(mu, float(near["restitution"][0, 0]), factor)
+            values[f"spin.{name}_limit.{round(100 * mu)}"] = limit - rigid
     progress(Progress("spin", 2, 3))
     normal = spin_over_incidence(speed=31.0, incidences=[17.0], frictions=(0.30, 0.50))
     angles, spins = normal["angle"].to_numpy()[:, 0], normal["spin"].to_numpy()[:, 0]

@@ -66,7 +66,7 @@ def test_the_default_step_leaves_little():
         ({"places": np.array([[0.2, 0.0]])}, "places: got .*; allowed: places within the rim"),
         ({"velocities": np.array([[0.0, 0.0, 1.0]])}, "velocities: got 'z of 0 or more'"),
         ({"spins": np.zeros((2, 3))}, r"spins: got .*; allowed: shape \(1, 3\)"),
-        ({"surfaces": np.full((1, 4), np.nan)}, "surfaces: got 'a number that is not finite'"),
+        ({"surfaces": np.full((1, 5), np.nan)}, "surfaces: got 'a number that is not finite'"),
     ],
 )
 def test_bad_batches_in_one_line(changes, text):

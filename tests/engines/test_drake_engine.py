@@ -257,3 +257,8 @@ def test_the_balance_of_ones_own_discrete_run(when, closes):
     after = balance(system.impact, system.meter, root, held=True)
     assert after.contact > 1.0
     assert after.total() == pytest.approx(before.total(), rel=closes)
+    contact = system.impact.contact
+    own = contact.GetMyContextFromRoot(root)
+    record = own.get_discrete_state_vector().CopyToVector()
+    ahead = not np.array_equal(contact.latched(own), record, equal_nan=True)
+    assert ahead == (when == 3e-3)  # outputs look forward where an update is due, and only there

@@ -120,6 +120,8 @@ def test_a_delay_of_three_samples_moves_the_ringing_by_three_samples(frames) -> 
 def test_jacobian_of_the_problem_is_that_of_its_residuals(frames) -> None:
     records = [noisy(linear(frames["in_plane"], "in_plane"), s) for s in (0, 1)]
     problem = RingingProblem(records, frames["in_plane"], (1500.0, 0.1))
+    for p, record_ in zip(problem.parameters[3::2], records, strict=True):
+        assert 0.0 < p.upper == -p.lower <= 0.5 * record_.pulse
     x = np.array([p.start for p in problem.parameters]) * 1.01 + 1e-6
     jacobian = problem.jacobian(x)
     for i, p in enumerate(problem.parameters):

@@ -146,6 +146,8 @@ REFUSED = {
     "grazing": ([HEADER, "5,31,90,90,60"], "row 2, incidence"),
     "normal": ([HEADER, "5,31,0,90,60"], "row 2, incidence"),
     "angle": ([HEADER, "5,31,60,90,120"], "row 2, rebound_angle"),
+    "fast": ([HEADER, "5,100.5,60,90,50"], "row 2, approach_speed"),
+    "scatter": ([HEADER + ",standard_deviation [deg]", "5,31,60,90,50,45.2"], "standard_dev"),
     "row twice": ([HEADER, "5,31,60,90,50", "5,31,60,90,51"], "row 3"),
     "column": (["point,approach_speed [m/s],incidence [deg]", "5,31,60"], "rebound_angle"),
     "stroke": (["point,stroke,angle_reading,rebound_angle [deg]", "5,lob,from_plane,70"], "lob"),

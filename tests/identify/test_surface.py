@@ -12,6 +12,8 @@ from drake_racket.cli import main
 from drake_racket.identify import expected_errors, fit_surface, read_spins
 from drake_racket.identify.ball.spins import SpinTable
 from drake_racket.identify.ball.surface import surface_problem
+from drake_racket.identify.core.search import Search
+from drake_racket.identify.report.spin import write_surface_fit
 
 TRUE = {"mu": 0.42, "kt": 30e3, "ct": 70.0}
 RACKET, BALL = load_racket(), load_ball()
@@ -69,6 +71,46 @@ def test_at_the_papers_angles_friction_is_not_determined_and_the_fit_says_so():
     assert far > 20.0 * near
 
 
+GROUPS = {"mu1": 0.30, "mu2": 0.42}
+PLACES = {"mu1": (0.0, 0.0), "mu2": (0.0, 0.0685)}  # the centre, an edge point
+
+
+def table_of_groups(places, angles=(40.0, 62.0, 65.0)) -> SpinTable:
+    """Impacts on some groups' points, without noise, whose mu differ."""
+    incidence = np.tile(np.asarray(angles), len(places))
+    m = len(incidence)
+    blank = SpinTable(
+        np.full(m, 25.0), incidence, np.full(m, -1000.0), np.repeat(places, len(angles), axis=0),
+        np.zeros(m), np.zeros(m), np.full(m, 0.5), np.full(m, 50.0),
+    )  # fmt: skip
+    problem = surface_problem(blank, RACKET, BALL, free=[*GROUPS, "kt", "ct"], start=GROUPS)
+    x = np.array([p.start for p in problem.parameters])
+    angle, after = problem.modelled(x)[0].reshape(2, m)
+    return dataclasses.replace(blank, angle=angle, spin_after=after)
+
+
+def test_groups_of_points_have_a_mu_each_where_impacts_meet_them(tmp_path):
+    free = [*GROUPS, "ct"]
+    table = table_of_groups(list(PLACES.values()))
+    once = Search(starts=1)
+    found = fit_surface(table, RACKET, BALL, free=free, options=once)
+    for name, true in GROUPS.items():
+        assert found.estimates[name].value == pytest.approx(true, rel=1e-4)
+    assert not any("is not determined" in line for line in found.warnings)
+    centre = table_of_groups([PLACES["mu1"]])
+    alone = fit_surface(centre, RACKET, BALL, free=free, options=once)
+    assert alone.estimates["mu1"].value == pytest.approx(GROUPS["mu1"], rel=1e-4)
+    assert "mu2 is not determined: no impact meets its points" in alone.warnings
+    flat = table_of_groups(list(PLACES.values()), angles=(15.0, 17.0))
+    grips = fit_surface(flat, RACKET, BALL, free=list(GROUPS), options=once)
+    (said,) = [w for w in grips.warnings if w.startswith("mu2 is not determined")]
+    assert "slides throughout in 0 of 2 impacts on its points" in said
+    write_surface_fit(found, tmp_path / "fit", "2026-01-01")
+    mu = load_racket(str(tmp_path / "fit" / "racket.yaml")).friction.coefficients
+    assert mu.value == pytest.approx((*GROUPS.values(), 0.37), rel=1e-4)
+    assert "mu3 not fitted" in mu.source
+
+
 GOOD = "speed [m/s],incidence [deg],spin [rpm],rebound_angle [deg],spin_after [rpm],x [mm]\n"
 
 
@@ -104,8 +146,10 @@ def test_bad_tables_in_one_line(tmp_path, text, said):
 
 def test_bad_options_in_one_line():
     table = table_of([40.0])
-    with pytest.raises(InputError, match="free: got 'cd'; allowed: mu, kt, ct, chi"):
+    with pytest.raises(InputError, match="free: got 'cd'; allowed: mu, kt, ct, chi, mu1, mu2"):
         fit_surface(table, RACKET, BALL, free=["cd"])
+    with pytest.raises(InputError, match="free: got 'mu, mu1'; allowed: mu, or mu of groups"):
+        fit_surface(table, RACKET, BALL, free=["mu", "mu1"])
     with pytest.raises(InputError, match="mu: start: got 3"):
         fit_surface(table, RACKET, BALL, start={"mu": 3.0})
     few = table_of([40.0], spins=(0.0,))

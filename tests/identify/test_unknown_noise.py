@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from drake_racket.identify.core.annealing import anneal
+from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.intervals import profile, profile_interval
 from drake_racket.identify.core.least_squares import fit
 from drake_racket.identify.core.search import Search
+from drake_racket.identify.report.directory import estimates_table
+from drake_racket.identify.report.impacts import _by_output
+from drake_racket.identify.strings.table_fit import TableFit
 from drake_racket.io.errors import InputError
 from tests.identify.test_fit import Linear
 
@@ -80,3 +86,30 @@ def test_bad_noise_and_options_are_named(problem):
     closest = fit(problem, starts=1, tolerance=1e-15)
     np.testing.assert_allclose(closest.estimates, by_hand(problem)[0], rtol=1e-8)
     assert anneal(problem, starts=1, max_evaluations=1).estimates.shape == (2,)
+
+
+def test_a_table_of_estimates_has_bounds_where_the_fit_is_known(problem):
+    result = fit(problem, starts=1)
+    found = {"p0": Estimate(0.98, 0.1, (0.8, 1.2), "N"), "q": Estimate(2.0, 0.1, (1.8, 2.2), "N")}
+    with_bounds, without = estimates_table(found, result), estimates_table(found)
+    assert "-20 to 20" in next(line for line in with_bounds.splitlines() if "p0" in line)
+    assert "-20 to 20" not in without
+    assert "| q |" in with_bounds
+
+
+def test_rms_of_each_point_and_speed():
+    table = SimpleNamespace(points=np.array([5, 5, 2]), speeds=np.array([20.1, 30.0, 19.9]))
+    fitted = SimpleNamespace(
+        problem=SimpleNamespace(table=table),
+        result=SimpleNamespace(residuals=np.array([3.0, -4.0, 1.0])),
+    )
+    assert TableFit.rms_by(fitted, "point") == pytest.approx({2.0: 1.0, 5.0: np.sqrt(12.5)})
+    assert TableFit.rms_by(fitted, "speed") == pytest.approx({20.0: np.sqrt(5.0), 30.0: 4.0})
+
+
+def test_misfit_by_output_is_fitted_less_measured():
+    data = SimpleNamespace(
+        outputs=[SimpleNamespace(name="kb", units="N/m")], values=np.array([[1.0], [3.0], [np.nan]])
+    )
+    fitted = SimpleNamespace(data=data, modelled=np.array([[4.0], [-2.0], [7.0]]))
+    assert _by_output(fitted) == [("kb", "N/m", "2", f"{np.sqrt(17.0):.3g}")]

@@ -20,6 +20,9 @@ from drake_racket.laws.contact import (
     ball_constants,
     contact_law,
     contact_powers,
+    normal_force,
+    normal_slopes,
+    stored_energy,
 )
 from tests.conftest import kb_cb
 
@@ -44,7 +47,7 @@ def test_ball_constants_hold_their_end_values(v, held):
 @settings(max_examples=200, deadline=None)
 @given(p=st.tuples(*[numbers] * 3), v=st.tuples(*[numbers] * 3), reading=st.sampled_from([0, 1]))
 def test_law_never_pulls_and_friction_stays_in_the_cone(p, v, reading):
-    constants = (5e4, 20.0, 0.36, 0.001, -0.002, 0.02, reading)
+    constants = (5e4, 20.0, 0.36, 0.001, -0.002, 0.02, reading, 0.0, 0.0)
     fx, fy, normal, raw = contact_law(p, v, constants)
     assert normal == max(0.0, raw) == pytest.approx(max(0.0, -5e4 * p[2] - 20.0 * v[2]))
     assert math.hypot(fx, fy) <= 0.36 * normal * (1 + 1e-12)
@@ -58,15 +61,32 @@ def test_law_never_pulls_and_friction_stays_in_the_cone(p, v, reading):
 def test_both_readings_agree_while_the_ball_slides_outward():
     """Along one line, well past both scales, the direction is the same."""
     p, v = (0.003, 0.004, -0.005), (3.0, 4.0, -10.0)
-    by_velocity = contact_law(p, v, (5e4, 20.0, 0.36, 0.0, 0.0, 0.02, 0))
-    by_displacement = contact_law(p, v, (5e4, 20.0, 0.36, 0.0, 0.0, 1e-4, 1))
+    by_velocity = contact_law(p, v, (5e4, 20.0, 0.36, 0.0, 0.0, 0.02, 0, 0.0, 0.0))
+    by_displacement = contact_law(p, v, (5e4, 20.0, 0.36, 0.0, 0.0, 1e-4, 1, 0.0, 0.0))
     assert by_velocity == pytest.approx(by_displacement, rel=1e-3)
 
 
 def test_friction_at_full_sliding_is_mu_n():
-    fx, fy, normal, _ = contact_law((0, 0, -0.01), (10.0, 0.0, 0.0), (5e4, 0, 0.4, 0, 0, 0.02, 0))
+    constants = (5e4, 0, 0.4, 0, 0, 0.02, 0, 0, 0)
+    fx, fy, normal, _ = contact_law((0, 0, -0.01), (10.0, 0.0, 0.0), constants)
     assert fx == pytest.approx(-0.4 * normal, rel=1e-5)
     assert fy == 0.0
+
+
+@settings(max_examples=50, deadline=None)
+@given(x=st.floats(1e-4, 0.03), rate=st.floats(-30.0, 30.0))
+def test_a_ball_that_stiffens_stores_and_loses_what_its_force_does(x, rate):
+    constants = 2e4, 5.0, 2e6, 1500.0
+    force, h = normal_force(x, rate, *constants), 1e-6
+    assert force == pytest.approx(2e4 * x + 2e6 * x**2 + (5.0 + 1500.0 * x) * rate, rel=1e-12)
+    by_x, by_rate = normal_slopes(x, rate, *constants)
+    ends = [normal_force(x + s * h, rate, *constants) for s in (1, -1)]
+    assert by_x == pytest.approx((ends[0] - ends[1]) / (2 * h), rel=1e-6, abs=1e-4)
+    ends = [normal_force(x, rate + s * h, *constants) for s in (1, -1)]
+    assert by_rate == pytest.approx((ends[0] - ends[1]) / (2 * h), rel=1e-6, abs=1e-4)
+    ends = [stored_energy(x + s * h, 2e4, 2e6) for s in (1, -1)]
+    elastic = normal_force(x, 0.0, *constants)
+    assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(elastic, rel=1e-5)
 
 
 def run(start, velocity, until, *, point=0, **changes):
@@ -132,3 +152,15 @@ def test_a_run_may_start_at_touch():
     assert now.touch_time == 0.0
     late_contact = late.release_time - late.touch_time
     assert now.release_time == pytest.approx(late_contact, rel=1e-5)
+
+
+def test_powers_are_those_of_vectors():
+    """Damper: cb x'^2 in contact; friction: -F_t . v_t; couple: f . (w x p)."""
+    rng = np.random.default_rng(5)
+    p, v, w = rng.normal(size=(3, 3))
+    for normal in (3.0, 0.0):
+        force = np.array([*rng.normal(size=2), normal])
+        in_ball, in_friction, couple = contact_powers(p, v, force, 7.0, w)
+        assert in_ball == pytest.approx(7.0 * v[2] ** 2 if normal else 0.0)
+        assert in_friction == pytest.approx(-force[:2] @ v[:2])
+        assert couple == pytest.approx(force @ np.cross(w, p))

@@ -148,3 +148,9 @@ def test_a_cut_without_mass_is_refused():
     )
     with pytest.raises(ValueError, match=r"no mass between 0 and 0\.04 m"):
         flexure.cut([part], [0.0, 0.04, 0.3])
+
+
+def test_the_half_width_of_an_ellipse():
+    width = flexure.ellipse_width(0.5, 0.2, 0.1)
+    x = np.array([0.2, 0.3, 0.4, 0.5, 0.62, 0.8])
+    np.testing.assert_allclose(width(x), [0.0, 0.0, 0.1 * np.sqrt(0.75), 0.1, 0.08, 0.0])

@@ -16,8 +16,10 @@ from drake_racket.laws.phases import (
     AT_BALL,
     BY_DISPLACEMENT,
     CB,
+    DB,
     DISCRETE_SIZE,
     GIVEN_UP,
+    HB,
     KB,
     LEAD,
     MU,
@@ -42,7 +44,7 @@ from drake_racket.laws.phases import (
     value_of,
 )
 
-BALL = np.array([18.0, 33.0, 45e3, 0.52, 14.0, 0.97])
+BALL = np.array([18.0, 33.0, 45e3, 0.52, 14.0, 0.97, 3e5, 200.0])
 FRICTION = np.array([0.3, 0.4, 0.5, 0.6])
 SCALES = np.array([0.02, 1e-4])
 GRID = np.array([(0.03, 0.02), (0.03, -0.02), (-0.03, 0.02), (-0.03, -0.02)])
@@ -82,7 +84,9 @@ def test_a_bounce_leaves_what_it_should():
         0.0,
     )
     assert (record[OFFSET_X], record[OFFSET_Y]) == (0.02, 0.03)
-    assert record[GIVEN_UP] == pytest.approx(0.5 * kb * 0.002**2, rel=1e-14)
+    given_up = 0.5 * kb * 0.002**2 + 3e5 * 0.002**3 / 3.0
+    assert record[GIVEN_UP] == pytest.approx(given_up, rel=1e-14)
+    assert (record[HB], record[DB]) == (3e5, 200.0)
     # the first touch was 0.001 / 25 s before its step of 1e-4 s: half a step more, and 0.4 steps
     assert record[WEIGHT] == pytest.approx(0.9)
     assert record[RATE].tolist() == [3.0, 4.0, -25.0]

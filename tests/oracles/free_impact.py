@@ -105,7 +105,7 @@ def simulate(
 
     def force_event(_t: float, y: FloatArray) -> float:
         c = contact(params, unpack(y, state))
-        return params.kb * c.x + params.cb * c.x_dot
+        return params.normal_force(c.x, c.x_dot)
 
     def compression_event(_t: float, y: FloatArray) -> float:
         return contact(params, unpack(y, state)).x

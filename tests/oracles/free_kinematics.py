@@ -70,6 +70,12 @@ class FreeRacketParams:
     eps_d: float = 1e-5  # m
     friction: Literal["velocity", "displacement"] = "velocity"
     reaction_at: Literal["string_mass", "ball"] = "ball"
+    hb: float = 0.0  # N/m^2, rise of kb with compression
+    db: float = 0.0  # N s/m^2, rise of cb
+
+    def normal_force(self, x: float, x_dot: float) -> float:
+        """The force of a compression and its rate, before it is clamped."""
+        return (self.kb + self.hb * x) * x + (self.cb + self.db * x) * x_dot
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ string mass S that is touched,
 
     v_rel = v_Q - v_S - w_B x p   (velocity of Q seen from the sliding string body),
     x = -n.p,   x' = -n.v_rel     (because n' = w_B x n),
-    N = max(0, kb x + cb x').
+    N = max(0, kb x + cb x'), or with constants that rise by hb x and db x.
 
 Friction F on the ball: with v_t = v_rel + x' n, ``velocity`` takes -mu N v_t / sqrt(v_t^2 + ev^2);
 ``displacement`` takes -mu N d / sqrt(d^2 + ed^2), d being the x, y components of p in B less those
@@ -115,7 +115,7 @@ def _contact(
     x, x_dot = float(-n @ p), float(-n @ v_rel)
     if not st.in_contact:
         return Contact(x, x_dot, 0.0, np.zeros(3))
-    N = par.kb * x + par.cb * x_dot
+    N = par.normal_force(x, x_dot)
     if clamp:
         N = max(0.0, N)
     if par.friction == "velocity":

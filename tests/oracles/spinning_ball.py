@@ -7,7 +7,7 @@ axes of B.
 *Bed.* A deflection that is given at the nine masses and 0 at the rim is interpolated along x and
 along y by straight lines (np.interp over rim, masses, rim: a basis function is the product of two
 of them); with the place at touch this gives the weights W, which stay. The ball's lowest point is
-pressed into the bed by x = W.z + R - n.(p_Q - p_GSC); N = kb x + cb x'.
+pressed into the bed by x = W.z + R - n.(p_Q - p_GSC); N = (kb + hb x) x + (cb + db x) x'.
 
 *Contact point* C = p_Q - (R - chi x) n (x > 0). The head's point there moves with J_C u,
 J_C = J_throat - [(C - p_T) x] Jw_B; the ball's with v_Q + w_Q x (C - p_Q). g is the difference in
@@ -120,7 +120,7 @@ def rates(par: FreeRacketParams, ball: SpinningBall, state: State) -> Rates:
     head_at = lambda p: kin.J_throat - skew(p - kin.p_throat) @ kin.Jw[1]  # noqa: E731
     x = float(state.weights @ st.z + ball.radius - n @ (st.p_WQ - gsc))
     x_dot = float(state.weights @ st.z_dot - n @ (st.v_WQ - head_at(st.p_WQ) @ kin.u))
-    normal = par.kb * x + par.cb * x_dot
+    normal = par.normal_force(x, x_dot)
     down = -(ball.radius - ball.chi * max(x, 0.0)) * n
     J_C = head_at(st.p_WQ + down)
     g = kin.R_WB[:, :2].T @ (st.v_WQ + np.cross(state.spin, down) - J_C @ kin.u)

@@ -68,7 +68,7 @@ EVERY = {
     for key in KEYS
     if key not in TOPOLOGY
     and ".spring." not in key
-    and not key.startswith("ball.surface.")
+    and not key.startswith(("ball.surface.", "ball.hunt_crossley."))
     and not key.startswith("racket.frame.")  # tests/parameters/test_frame.py
     and not key.endswith(("_plane_stiffness", "_plane_damping"))
 }
@@ -78,7 +78,7 @@ ON_SURFACE = {
     for key in KEYS
     if key.startswith(("ball.", "racket.friction."))
     and key not in TOPOLOGY
-    and not key.startswith("ball.sliding_")
+    and not key.startswith(("ball.sliding_", "ball.hunt_crossley."))
 }
 """Of contact surface, likewise: what the ball and the friction have."""
 
@@ -187,13 +187,29 @@ def test_each_key_of_contact_surface_reaches_the_shared_context():
     assert numbers(system.create_context()) == nominal
 
 
+@pytest.mark.parametrize("name", ["stiffness", "stiffness_rise", "damping", "damping_rise"])
+def test_each_key_of_a_ball_that_stiffens_reaches_the_shared_context(name):
+    base = dataclasses.replace(BASE, normal="hunt_crossley")
+    key = f"ball.hunt_crossley.{name}"
+    system = make_impact_diagram(base)
+    here = changed(base, overrides={key: 1.05 * KEYS[key].value})
+    assert numbers(system.create_context(here)) != numbers(system.create_context())
+
+
 @pytest.mark.parametrize(
-    ("contact", "key"),
-    [("paper", "ball.surface.flattening"), ("surface", "ball.sliding_speed_scale")],
+    ("changes", "key", "law"),
+    [
+        ({"contact": "paper"}, "ball.surface.flattening", "contact paper"),
+        ({"contact": "surface"}, "ball.sliding_speed_scale", "contact surface"),
+        ({"friction_reading": "element"}, "ball.surface.flattening", "friction_reading element"),
+        ({"friction_reading": "element"}, "ball.sliding_speed_scale", "friction_reading element"),
+        ({"normal": "linear"}, "ball.hunt_crossley.damping", "normal linear"),
+        ({"normal": "hunt_crossley"}, "ball.damping_growth", "normal hunt_crossley"),
+    ],
 )
-def test_a_number_of_the_other_contact_is_refused(contact, key):
-    with pytest.raises(InputError, match=f"{key}.*no such number with contact {contact}"):
-        resolve(Scenario(contact=contact, overrides={key: KEYS[key].value}))
+def test_a_number_of_another_law_is_refused(changes, key, law):
+    with pytest.raises(InputError, match=f"{key}.*no such number with {law}"):
+        resolve(Scenario(**changes, overrides={key: KEYS[key].value}))
 
 
 CASES = {

@@ -225,6 +225,10 @@ def test_ball():
         "surface.flattening": 0.5,
         "surface.tangential_stiffness": 34700.0,
         "surface.tangential_damping": 63.5,
+        "hunt_crossley.stiffness": 18820.0,
+        "hunt_crossley.stiffness_rise": 2.2256e6,
+        "hunt_crossley.damping": 1.216,
+        "hunt_crossley.damping_rise": 1697.1,
     }
     assert {key: value.value for key, value in values(ball).items()} == expected
     assert {k for k, v in values(ball).items() if v.status == "inferred"} == INFERRED_BALL

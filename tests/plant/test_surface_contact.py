@@ -205,6 +205,22 @@ def test_the_compiled_engine_runs_it_as_drake_does(paper):
     assert [i.record(root).touches for i in impacts] == [1, 1]
 
 
+@pytest.mark.parametrize(("axis", "beyond", "inside"), [(0, 0.17, 0.16), (1, 0.127, 0.118)])
+def test_a_ball_beyond_the_rim_passes_by(axis, beyond, inside):
+    case = resolve(Scenario(contact="surface", audit=False))
+    system = make_impact_diagram(case)
+    for away, touches in ((beyond, 0), (inside, 1)):
+        simulator = Simulator(system.diagram, system.create_context(case))
+        dr.configure_integrator(simulator, dr.IntegratorSettings())
+        root = simulator.get_mutable_context()
+        context = system.plant.GetMyMutableContextFromRoot(root)
+        place = np.add(system.impact.racket.parameters.centre(), [0.0, 0.0, 0.05])
+        place[axis] += away
+        system.plant.SetFreeBodyPose(context, system.impact.ball.body, RigidTransform(place))
+        simulator.AdvanceTo(2.5e-3)
+        assert system.impact.record(root).touches == touches
+
+
 def test_the_stored_energy_is_that_of_both_springs():
     """The port, in the middle of a contact: kb x^2 / 2 and kt u^2 / 2."""
     case = resolve(SCENARIO)
@@ -243,6 +259,9 @@ def test_what_does_not_fit_is_refused():
     ball = add_ball(discrete, load_ball(), contact="surface")
     with pytest.raises(InputError, match="surface, on a discrete plant"):
         add_impact(builder, discrete, racket, ball, contact="surface")
+    point = add_ball(discrete, load_ball(), name="point")
+    with pytest.raises(InputError, match="friction reading element, on a discrete plant"):
+        add_impact(builder, discrete, racket, point, friction_reading="element")
 
 
 @pytest.mark.parametrize(
@@ -264,6 +283,19 @@ def test_what_does_not_fit_is_refused():
         (
             {"contact": "surface", "reaction_point": "string_mass"},
             "reaction_point: got 'string_mass'; allowed: ball with contact surface",
+        ),
+        (
+            {"friction_reading": "element", "time_step": 1e-5},
+            "time_step: got 1e-05; allowed: 0 with friction_reading element",
+        ),
+        (
+            {"friction_reading": "element", "reaction_point": "string_mass"},
+            "reaction_point: got 'string_mass'; allowed: ball with friction_reading element",
+        ),
+        ({"normal": "hertz"}, "normal: got 'hertz'; allowed: .*linear, hunt_crossley"),
+        (
+            {"normal": "hunt_crossley", "ball": "penn_titanium_slow"},
+            "hunt_crossley: got 'nothing'; allowed: the numbers stiffness, stiffness_rise",
         ),
         (
             {"contact": "surface", "overrides": {"ball.surface.flattening": 1.5}},

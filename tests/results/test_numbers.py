@@ -29,8 +29,8 @@ def result():
 
 
 def test_the_peak_is_the_parabolas_vertex_wherever_the_samples_are():
-    time = np.array([0.0, 1.0, 1.8, 2.0])
-    assert _peak(time, 3.0 - 0.7 * (time - 1.2) ** 2) == pytest.approx(3.0, abs=1e-12)
+    time = 0.5 + np.array([0.0, 1.0, 1.8, 2.0])
+    assert _peak(time, 3.0 - 0.7 * (time - 1.7) ** 2) == pytest.approx(3.0, abs=1e-12)
     assert _peak(time, np.array([1.0, 2.0, 5.0, 0.0])) == 5.0  # beside a jump
     assert _peak(time, np.array([1.0, 2.0, 5.0, 6.0])) == 6.0
 
@@ -86,9 +86,7 @@ def trajectory(places, **more):
     velocities = np.zeros((len(places), 2, 6))
     velocities[:, 0, :3] = [1.0, 2.0, 3.0]
     bodies = SimpleNamespace(moments=np.tile(0.2 * np.eye(3), (2, 1, 1)))
-    mechanism = SimpleNamespace(
-        ball=0, handle=1, ball_position=0, ball_velocity=3, ball_spin=6, bodies=bodies
-    )
+    mechanism = SimpleNamespace(ball=0, handle=1, ball_position=0, ball_velocity=6, bodies=bodies)
     state = np.zeros((len(places), 9))
     state[:, :3] = places
     motion = SimpleNamespace(poses=poses, velocities=velocities, samples=np.arange(len(places)))
@@ -123,10 +121,11 @@ def test_columns_of_a_ball_that_spins():
 def test_the_angular_impulse_is_about_the_rackets_first_place():
     places = np.array([[0.5, 0.0, 0.1], [0.5, 0.0, 0.1]])
     ran = trajectory(places)
-    ran.state[:, 3:6] = [[0.0, 0.0, -20.0], [0.0, 0.0, 10.0]]
+    ran.state[:, 6:9] = [[0.0, 0.0, -20.0], [0.0, 0.0, 10.0]]
+    ran.state[1, 3:6] = [0.0, 5.0, 0.0]  # and it leaves with a spin
     case = SimpleNamespace(ball=SimpleNamespace(mass=SimpleNamespace(value=0.06)))
     found = angular_impulse(case, ran, 0, 1, np.eye(3))
-    np.testing.assert_allclose(found, [0.0, 0.06 * 0.5 * 30.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(found, [0.0, 0.06 * 0.5 * 30.0 - 0.2 * 5.0, 0.0], atol=1e-15)
 
 
 def test_a_peak_at_a_kink_is_the_highest_sample():

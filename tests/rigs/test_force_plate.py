@@ -251,6 +251,36 @@ def test_the_slow_ball_rebounds_as_the_rule_says_and_less_the_faster_it_is():
     assert found[-1] == pytest.approx(plate.run(18.0).restitution, abs=1e-6)
 
 
+def stiffening(**numbers: float):
+    """The shipped ball with normal law hunt_crossley and some of its numbers."""
+    ball = load_ball(normal="hunt_crossley")
+    law = ball.hunt_crossley
+    own = {k: dataclasses.replace(getattr(law, k), value=v) for k, v in numbers.items()}
+    return dataclasses.replace(ball, hunt_crossley=dataclasses.replace(law, **own))
+
+
+@pytest.mark.parametrize("speed", [2.0, 25.0])
+def test_hunt_and_crossleys_own_law_has_their_restitution(plate, speed) -> None:
+    """With l = db v / kb, from m v dv = -x (kb + db v) dx: l (1 + e) = ln((1 + l) / (1 - l e))."""
+    ball = stiffening(stiffness=3e4, stiffness_rise=0.0, damping=0.0, damping_rise=900.0)
+    steps = IntegratorSettings(maximum_step=5e-6, error_control=False)
+    found = plate.run(speed, ball, settings=steps)
+    e, ratio = found.restitution, 900.0 * speed / 3e4
+    assert ratio * (1.0 + e) == pytest.approx(np.log((1.0 + ratio) / (1.0 - ratio * e)), rel=1e-5)
+    assert found.force[0] == pytest.approx(0.0, abs=1e-6)  # none at touch
+
+
+def test_the_shipped_constants_leave_what_their_source_says() -> None:
+    found = plate_dataset((7.058, 18.0, 33.0), load_ball(normal="hunt_crossley"))
+    linear = plate_dataset((18.0, 33.0))
+    e, time = found["restitution"].to_numpy(), found["contact_time"].to_numpy()
+    off = np.array([e[0] - 0.745, *(e[1:] - linear["restitution"].to_numpy())])
+    assert off == pytest.approx([0.012, -0.030, 0.018], abs=6e-4)
+    shares = time[1:] / linear["contact_time"].to_numpy() - 1.0
+    assert shares == pytest.approx([-0.03, 0.03], abs=5e-3)
+    assert "force_closed_form" not in found
+
+
 def test_a_record_that_begins_in_contact_counts_from_there():
     time = 0.5 + np.arange(0.0, 0.01, 5e-5)
     force = np.clip(100.0 - 4e4 * (time - 0.5), 0.0, None)  # a triangle of 2.5 ms

@@ -10,7 +10,8 @@ import pytest
 
 from drake_racket.io.progress import Progress
 from drake_racket.parameters.ball import load_ball
-from drake_racket.rigs.spin import rigid_slip_limit, slip_limit, spin_over_incidence
+from drake_racket.parameters.overrides import apply_overrides
+from drake_racket.rigs.spin import rigid_slip_limit, rolling_limit, slip_limit, spin_over_incidence
 from drake_racket.validation.outcome import Plan
 from drake_racket.validation.spin import TESTED, spin, spin_after
 
@@ -47,6 +48,13 @@ def test_slip_limits_grow_with_friction_and_are_near_the_rigid_ones():
     assert limits[0] + 5.0 < limits[1]
     assert np.max(np.abs(np.subtract(limits, rigid))) < 5.0
     assert rigid_slip_limit(0.4, 1.0, 2.0 / 3.0) == pytest.approx(math.degrees(math.atan(2.0)))
+    # before it has come to roll the ball leaves from Cross's angle on, but for its flattening
+    ball = apply_overrides(load_ball(), {"ball.surface.flattening": 0.0})
+    at = rolling_limit(0.35, ball=ball, within=0.2)
+    near = spin_over_incidence(ball=ball, incidences=[at], frictions=[0.35])
+    e = float(near["restitution"][0, 0])
+    assert at == pytest.approx(rigid_slip_limit(0.35, e, 0.55), abs=0.4)
+    assert limits[1] < rolling_limit(0.35, within=0.2) < at
     # the limit is one: just below it the ball grips, just above it does not
     near = spin_over_incidence(incidences=[limits[0] - 0.5, limits[0] + 0.5], frictions=[0.25])
     below, above = near["sliding"].to_numpy()[0]

@@ -162,7 +162,7 @@ def finished(tmp_path_factory):
 
 def test_rows_of_the_sections_asked_for(finished):
     _, rows, seen = finished
-    assert [row.published.section for row in rows] == ["force_plate"] * 7 + ["static_stiffness"] * 3
+    assert [row.published.section for row in rows] == ["force_plate"] * 8 + ["static_stiffness"] * 3
     verdicts = {row.published.key: row.verdict for row in rows}
     assert verdicts["plate.closed_form"] == "agrees"
     assert verdicts["static.match_small"] == "differs"
@@ -227,9 +227,9 @@ def test_rows_that_could_have_failed_are_counted_apart(finished):
     text = (out / "report.md").read_text()
     assert f"**{len(able) - failed} agree and {failed} differ**" in text
     line = next(line for line in text.splitlines() if line.startswith("| a number that had"))
-    assert line.endswith("| 3 | 3 | 0 | 0 |")
+    assert line.endswith("| 4 | 4 | 0 | 0 |")
     section = next(line for line in text.splitlines() if line.startswith("| [Ball on a force"))
-    assert section.endswith("| 0 | 1 | 6 | 0 |")
+    assert section.endswith("| 0 | 1 | 7 | 0 |")
 
 
 def test_the_commands_of_the_rows_are_there():
@@ -300,7 +300,7 @@ def test_an_interrupted_run_keeps_what_is_finished(tmp_path, monkeypatch):
         plan=Plan.coarse(),
         progress=lambda now: seen.append(now.task),
     )
-    assert len(rows) == 10
+    assert len(rows) == 11
     assert SECTIONS["force_plate"][0] not in seen
 
 

@@ -30,7 +30,7 @@ def spin(
     tension: Tension = "low",
     ball: Ball = "penn_titanium",
     free: Annotated[
-        str | None, typer.Option(help="What to fit: mu,kt,ct (default), chi as well, or less.")
+        str | None, typer.Option(help="mu,kt,ct (default), chi; mu1,mu2.. for groups of points.")
     ] = None,
     begin: Begin = None,
     rescale: Rescale = False,

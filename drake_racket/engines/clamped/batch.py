@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from drake_racket.engines.clamped.kernel import ENDED, OUTPUTS, TOUCHES, run_batch
 from drake_racket.io.errors import InputError
 from drake_racket.laws.bed import BedTopology
-from drake_racket.laws.contact import ball_constants
+from drake_racket.laws.contact import FRICTION_READINGS, ball_constants
 from drake_racket.parameters.ball import BallParameters
 from drake_racket.parameters.racket import RacketParameters
+from drake_racket.plant.ball import ball_law
 from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
 
@@ -61,7 +62,8 @@ class Impacts:
     Attributes:
         points: (m,) from 1.
         velocities: (m, 3) m/s of the ball in the head at touch; z negative.
-        balls: (m, 7) kb, cb, mu, 0, 0, scale of the friction's reading, reading: `contact_law`.
+        balls: (m, 9) kb, cb, mu, 0, 0, scale of the friction's reading, reading, hb, db:
+            `contact_law`.
         ball_mass: kg.
         sensitivity: (m, 3, n) derivatives of kb, cb, mu.
         bed: (m,) index of the bed of each impact.
@@ -160,7 +162,7 @@ def _check(beds: Sequence[Bed], impacts: Impacts, step: float) -> None:
     m, n = len(impacts.points), impacts.sensitivity.shape[-1]
     shapes = {
         "velocities": (impacts.velocities, (m, 3)),
-        "balls": (impacts.balls, (m, 7)),
+        "balls": (impacts.balls, (m, 9)),
         "sensitivity": (impacts.sensitivity, (m, 3, n)),
         "bed": (impacts.bed, (m,)),
     }
@@ -255,6 +257,9 @@ def make_impacts(
         friction: coefficients at all points in place of the racket's.
 
     """
+    if friction_reading not in FRICTION_READINGS[:2]:
+        allowed = f"{', '.join(FRICTION_READINGS[:2])} (an element: run_spinning)"
+        raise InputError("friction_reading", friction_reading, allowed)
     points = np.asarray(points, dtype=np.int64)
     velocities = np.asarray(velocities, dtype=float)
     if velocities.ndim == 1:
@@ -265,9 +270,10 @@ def make_impacts(
     mu = np.asarray(racket.friction_coefficients() if friction is None else friction, dtype=float)
     by_displacement = friction_reading == "displacement"
     scale = ball.sliding_distance_scale if by_displacement else ball.sliding_speed_scale
-    balls = np.zeros((len(points), 7))
+    balls = np.zeros((len(points), 9))
     for i, speed in enumerate(-velocities[:, 2]):
         balls[i, :2] = contact_constants(ball, speed)
+    balls[:, 7:] = ball_law(ball)[6:]
     balls[:, 2], balls[:, 5], balls[:, 6] = mu[points - 1], scale.value, by_displacement
     index = np.zeros(len(points), dtype=np.int64) if bed is None else np.asarray(bed)
     nothing = np.zeros((len(points), 3, free))
@@ -276,7 +282,8 @@ def make_impacts(
 
 def contact_constants(ball: BallParameters, speed: float) -> tuple[float, float]:
     """Gives the ball's kb (N/m) and cb (N s/m) at a normal approach speed (m/s)."""
-    low, high = ball.speed_low.value, ball.speed_high.value
-    kb = ball_constants(speed, low, high, ball.stiffness_low.value, ball.stiffness_growth.value)
-    cb = ball_constants(speed, low, high, ball.damping_low.value, ball.damping_growth.value)
-    return kb, cb
+    low, high, kb, kb_growth, cb, cb_growth, _, _ = ball_law(ball)
+    return (
+        ball_constants(speed, low, high, kb, kb_growth),
+        ball_constants(speed, low, high, cb, cb_growth),
+    )

@@ -112,14 +112,9 @@ def _impact(
     for i in range(3):
         y[b + 3 + i] = velocity[i]
     at, moving = relative(y, p)
-    kb, cb, mu, scale, by_displacement = (
-        constants[0],
-        constants[1],
-        constants[2],
-        constants[5],
-        constants[6],
-    )
-    latch(record, p + 1, at, moving, 0.0, kb, cb, mu, scale, by_displacement, 1.0)
+    kb, cb, mu, hb, db = constants[0], constants[1], constants[2], constants[7], constants[8]
+    scale, by_displacement = constants[5], constants[6]
+    latch(record, p + 1, at, moving, 0.0, kb, cb, mu, scale, by_displacement, 1.0, hb, db)
     out[4], out[5] = -ball[1] * velocity[2], 0.0
     for a in range(count):
         jacobian[4, a] = -velocity[2] * by_ball[1, a]
@@ -183,7 +178,7 @@ def _impact(
             for a in range(count):
                 jacobian[3, a] = -force_by_theta(y, s, a, p, ball, by_ball) / rate
         elif touched:
-            latch(record, p + 1, at, moving, t, kb, cb, mu, scale, by_displacement, 1.0)
+            latch(record, p + 1, at, moving, t, kb, cb, mu, scale, by_displacement, 1.0, hb, db)
             rates(y, False, p, ends, bed, ball, mass, g, w[0])
             rates(y, True, p, ends, bed, ball, mass, g, f)
             for a in range(count):

@@ -5,7 +5,7 @@ states y: heights z (0 to n - 1) and rates (n to 2 n - 1) of the n string masses
 three) and velocity (the last three) of the ball, all in the head:
 
     m_s z_i'' = -sum of +-(T dL/ddz) over the springs at mass i, - raw if the ball is on it
-    m_b p''   = F, the contact force; raw = kb x + cb x' is its part along z
+    m_b p''   = F, the contact force; raw is its part along z, N
 
 T dL/ddz is what `spring_law` gives as tension and slope; dz is the height of a spring's first mass
 over its second, or over the rim: `ends` (2, m) says which they are.
@@ -18,7 +18,7 @@ from __future__ import annotations
 from typing import Any
 
 from drake_racket.laws.compilation import compilable
-from drake_racket.laws.contact import contact_law, contact_partials
+from drake_racket.laws.contact import contact_law, contact_partials, normal_slopes
 from drake_racket.laws.strings import spring_law, spring_partials
 
 
@@ -81,12 +81,13 @@ def rates(
 
 @compilable
 def force_by_theta(y: Any, s: Any, a: int, p: int, ball: Any, by_ball: Any) -> Any:
-    """Gives d(kb x + cb x')/dtheta_a; `by_ball` as of `tangent_rates`."""
+    """Gives dN/dtheta_a; `by_ball` as of `tangent_rates`."""
     n = masses(y)
     at, moving = relative(y, p)
+    kx, cx = normal_slopes(-at[2], -moving[2], ball[0], ball[1], ball[7], ball[8])
     return (
-        -ball[0] * (s[2 * n + 2, a] - s[p, a])
-        - ball[1] * (s[2 * n + 5, a] - s[n + p, a])
+        -kx * (s[2 * n + 2, a] - s[p, a])
+        - cx * (s[2 * n + 5, a] - s[n + p, a])
         - at[2] * by_ball[0, a]
         - moving[2] * by_ball[1, a]
     )

@@ -31,7 +31,7 @@ class SpinningImpacts:
     Attributes:
         places: (m, 2) x, y of the first touch from the bed's centre (m).
         velocities, spins: (m, 3) of the ball in the head at touch (m/s, rad/s); z negative.
-        surfaces: (m, 4) R (m), chi, kt (N/m), ct (N s/m).
+        surfaces: (m, 5) as of `SurfaceModel`.
         friction: (m, n) mu at the points.
         moment: kg m^2, of inertia of the ball.
 
@@ -147,7 +147,7 @@ def _check(bed: Bed, model: SurfaceModel, impacts: SpinningImpacts, step: float)
         ("places", impacts.places, (m, 2)),
         ("velocities", impacts.velocities, (m, 3)),
         ("spins", impacts.spins, (m, 3)),
-        ("surfaces", impacts.surfaces, (m, 4)),
+        ("surfaces", impacts.surfaces, (m, 5)),
         ("friction", impacts.friction, (m, n)),
         ("model.grid", model.grid, (n, 2)),
     )

@@ -12,7 +12,7 @@ from typing import Any
 
 from drake_racket.engines.clamped.ode import masses, rates, relative, tangent_rates
 from drake_racket.laws.compilation import compilable
-from drake_racket.laws.contact import contact_law
+from drake_racket.laws.contact import contact_law, normal_slopes
 from drake_racket.laws.strings import spring_energy
 
 RELEASE, GAP, TURN, CREST = range(4)
@@ -89,7 +89,9 @@ def force_rate(y: Any, f: Any, p: int, ball: Any) -> Any:
     """Gives dN/dt (N/s) at a state y with rates f."""
     n = masses(y)
     v, a = 2 * n + 5, n + p
-    return -ball[0] * (y[v] - y[a]) - ball[1] * (f[v] - f[a])
+    at, moving = relative(y, p)
+    kx, cx = normal_slopes(-at[2], -moving[2], ball[0], ball[1], ball[7], ball[8])
+    return -kx * (y[v] - y[a]) - cx * (f[v] - f[a])
 
 
 @compilable

@@ -28,7 +28,7 @@ from drake_racket.laws.compilation import (
 )
 from drake_racket.laws.contact import CONTACT, FREE, PASSED
 from drake_racket.laws.phases import PHASE, RELEASE, TOUCHES
-from drake_racket.laws.places import bed_weights
+from drake_racket.laws.places import met_weights
 from drake_racket.laws.strings import spring_energy
 from drake_racket.laws.surface import (
     POINT_0,
@@ -111,12 +111,12 @@ def _step(
 
 
 @compilable
-def _gap(y: Any, grid: Any, rim: Any, radius: float) -> Any:
+def _gap(y: Any, grid: Any, rim: Any, surface: Any) -> Any:
     """Gap (m) of a ball apart, and the rate (m/s) of compression."""
     n = (len(y) - MORE) // 2 - 3
     b = 2 * n
-    points, weights, _ = bed_weights(grid, rim, y[b], y[b + 1])
-    gap, rate = y[b + 2] - radius, -y[b + 5]
+    points, weights, _ = met_weights(grid, rim, y[b], y[b + 1], surface[4])
+    gap, rate = y[b + 2] - surface[0], -y[b + 5]
     for i in range(4):
         gap -= weights[i] * y[points[i]]
         rate += weights[i] * y[n + points[i]]
@@ -124,12 +124,12 @@ def _gap(y: Any, grid: Any, rim: Any, radius: float) -> Any:
 
 
 @compilable
-def _watched(y: Any, record: Any, grid: Any, rim: Any, radius: float) -> Any:
+def _watched(y: Any, record: Any, grid: Any, rim: Any, surface: Any) -> Any:
     """Two numbers, of which the first that falls through 0 is the next event."""
     if record[PHASE] == CONTACT:
         found = _law(y, record)
         return found[2], found[10]
-    gap, _ = _gap(y, grid, rim, radius)
+    gap, _ = _gap(y, grid, rim, surface)
     return gap if record[PHASE] == FREE else -gap, 1.0
 
 
@@ -146,7 +146,7 @@ def _touch(
 ) -> None:
     n = (len(y) - MORE) // 2 - 3
     b = 2 * n
-    _, rate = _gap(y, grid, rim, surface[0])
+    _, rate = _gap(y, grid, rim, surface)
     p, v = (y[b], y[b + 1], y[b + 2]), (y[b + 3], y[b + 4], y[b + 5])
     spin = (y[b + 6], y[b + 7], y[b + 8])
     surface_touch(record, p, v, spin, rate, time, law_of_ball, friction, surface, grid, rim)
@@ -222,16 +222,16 @@ def _impact(
     n = len(grid)
     size, b = 2 * n + 6 + MORE, 2 * n
     y, new, w, g = np.zeros(size), np.zeros(size), np.zeros((5, size)), np.zeros((7, ends.shape[1]))
-    record, ball = np.zeros(SURFACE_SIZE), np.zeros(7)
+    record, ball = np.zeros(SURFACE_SIZE), np.zeros(9)
     y[b], y[b + 1], y[b + 2] = place[0], place[1], surface[0]
     for i in range(3):
         y[b + 3 + i], y[b + 6 + i] = velocity[i], spin[i]
     _touch(y, record, 0.0, law_of_ball, friction, surface, grid, rim)
     time = 0.0
     while time < LONGEST:
-        first, second = _watched(y, record, grid, rim, surface[0])
+        first, second = _watched(y, record, grid, rim, surface)
         _step(y, h, record, ends, bed, ball, mass, moment, g, w, new)
-        one, two = _watched(new, record, grid, rim, surface[0])
+        one, two = _watched(new, record, grid, rim, surface)
         part, event = h, -1
         if first > 0.0 >= one or second > 0.0 >= two:
             low, high = 0.0, h
@@ -239,7 +239,7 @@ def _impact(
             for _ in range(60):
                 part = 0.5 * (low + high)
                 _step(y, part, record, ends, bed, ball, mass, moment, g, w, new)
-                one, two = _watched(new, record, grid, rim, surface[0])
+                one, two = _watched(new, record, grid, rim, surface)
                 if (first > 0.0 >= one) or (second > 0.0 >= two):
                     high, event = part, 0 if first > 0.0 >= one else 1
                 else:

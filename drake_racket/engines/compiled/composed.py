@@ -41,8 +41,8 @@ class ComposedRun:
     Attributes:
         time: (n,) s.
         state: (n, nq + nv) of the plant.
-        records: (n, contacts, 15) what each contact has latched, see `laws.phases`; (n, contacts,
-            30) with a contact surface, see `laws.surface`.
+        records: (n, contacts, 17) what each contact has latched, see `laws.phases`; (n, contacts,
+            32) with a contact surface, see `laws.surface`.
         steps, evaluations: of the integrator.
 
     """

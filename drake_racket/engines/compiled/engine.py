@@ -47,7 +47,7 @@ class Samples:
 
     Attributes:
         values: (n, 1 + size) time, and state [q; v; totals].
-        records: (n, contacts, 15) of `laws.phases`.
+        records: (n, contacts, 17) of `laws.phases`.
         steps, evaluations: of the integrator.
 
     """

@@ -232,8 +232,8 @@ def integrate(
     """Integrates one case to its end; y and records are those of the end then.
 
     Args:
-        y: [q; v; elements; totals] at the start.  records: (contacts, 15) of `laws.phases` at the
-            start; (contacts, 30) of `laws.surface` with a contact of that law.
+        y: [q; v; elements; totals] at the start.  records: (contacts, 17) of `laws.phases` at the
+            start; (contacts, 32) of `laws.surface` with a contact of that law.
         end: s.  accuracy: of a step, in units of 1 / scale.  longest: step (s); the length of all
             steps where they are not controlled.
         scale: (len(y),) weights of errors.

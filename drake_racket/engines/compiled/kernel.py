@@ -6,7 +6,6 @@ stamp of all sources that they call, so that an edit anywhere compiles them anew
 
 from __future__ import annotations
 
-import types
 from collections.abc import Callable
 from typing import Any
 
@@ -25,7 +24,7 @@ from drake_racket.engines.compiled.dynamics import (
 )
 from drake_racket.laws import contact, limits, phases, places, pulse, strings, totals
 from drake_racket.laws import surface as surface_law
-from drake_racket.laws.compilation import compiled, sources_stamp, without_collecting
+from drake_racket.laws.compilation import sources_stamp, stamped, without_collecting
 
 SOURCES = (
     integrate,
@@ -72,13 +71,7 @@ class Entry:
 
 def entry(law: Callable[..., Any], stamp: int) -> Entry:
     """Compiles a copy of `law` that has the stamp among what it closes over, when first called."""
-    code = law.__code__.replace(co_freevars=(*law.__code__.co_freevars, "stamp"))
-    cell = types.CellType(stamp)
-    copy = types.FunctionType(
-        code, law.__globals__, law.__name__, law.__defaults__, (*(law.__closure__ or ()), cell)
-    )
-    copy.__qualname__ = law.__qualname__
-    return Entry(compiled(copy, nogil=True))
+    return Entry(stamped(law, stamp, nogil=True))
 
 
 _STAMP = sources_stamp(*SOURCES)

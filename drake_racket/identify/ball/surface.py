@@ -2,7 +2,8 @@
 
 Residuals are modelled less measured angles (degrees) and spins (rpm), each over its standard
 deviation; impacts run in the clamped engine (`engines.clamped.spinning`), with one mu at all
-points. Derivatives are central differences of runs whose events are located, good to six digits.
+points, or one for each group of points that the racket's file has (`mu1`, `mu2`, ...). Derivatives
+are central differences of runs whose events are located, good to six digits.
 
 Where balls grip, neither angle nor spin depends on mu: the fit says so. `expected_errors` tells
 before an experiment what its impacts would determine.
@@ -40,6 +41,7 @@ from drake_racket.identify.core.search import (
 )
 from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Report
+from drake_racket.laws.places import bed_weights
 from drake_racket.laws.surface import SurfaceModel
 from drake_racket.parameters.ball import BallParameters, surface_of
 from drake_racket.parameters.racket import RacketParameters
@@ -86,6 +88,20 @@ class SurfaceProblem:
         return np.concatenate([self.table.angle_sd, self.table.spin_sd])
 
     @cached_property
+    def points_of(self) -> dict[str, NDArray[np.int64]]:
+        """Gives the points (from 0) that each fitted mu is of."""
+        groups = friction_groups(self.racket)
+        return {p.name: groups[p.name] for p in self.parameters if p.name in groups}
+
+    def meets(self, name: str) -> NDArray[np.bool_]:
+        """Tells in which impacts more than half of the friction where the ball meets is a mu's."""
+        model, share = self._model, np.zeros(len(self.table))
+        for i, (x, y) in enumerate(self.table.places):
+            points, _, shares = bed_weights(model.grid, model.rim, x, y)
+            share[i] = sum(shares[k] for k in range(4) if points[k] in self.points_of[name])
+        return share > 0.5
+
+    @cached_property
     def _bed(self) -> Bed:
         return make_bed(self.racket)
 
@@ -109,8 +125,8 @@ class SurfaceProblem:
         friction = np.tile(own.friction, (len(rows), 1))
         for j, parameter in enumerate(self.parameters):
             values = np.repeat(rows[:, j], m)
-            if parameter.name == "mu":
-                friction[:] = values[:, None]
+            if parameter.name in self.points_of:
+                friction[:, self.points_of[parameter.name]] = values[:, None]
             else:
                 surfaces[:, 1 + ("chi", "kt", "ct").index(parameter.name)] = values
         several = replace(
@@ -188,12 +204,13 @@ def fit_surface(
     checkpoint: str | Path | None = None,
     progress: Report | None = None,
 ) -> SurfaceFit:
-    """Fits mu, kt, ct and chi, or some of them.
+    """Fits mu, or one for each group of points, kt, ct and chi, or some of them.
 
     Args:
         table: as `spins.read_spins` gives it.
         racket, ball: what is not fitted, and the first guess.
-        free: names of what is fitted (BOUNDS).
+        free: names of what is fitted (BOUNDS); `mu1`, `mu2` ... for single groups of the racket's
+            points in place of `mu` for all.
         start: values to begin at, by name.
         options, checkpoint, progress: as `strings.string_bed.fit_string_bed`.
 
@@ -211,7 +228,7 @@ def fit_surface(
     outcome = problem.outcome(result.estimates)
     with np.errstate(invalid="ignore"):
         sliding = outcome.sliding_time / outcome.contact_time
-    warnings = [*result.warnings, *loose(found), *_of_friction(found, sliding)]
+    warnings = [*result.warnings, *loose(found), *_of_friction(problem, found, sliding)]
     return SurfaceFit(problem, result, found, sliding, tuple(dict.fromkeys(warnings)))
 
 
@@ -231,14 +248,29 @@ def surface_problem(
         "ct": surface.tangential_damping.value,
         "chi": surface.flattening.value,
     }
+    groups = [name for name in friction_groups(racket) if name != "mu"]
+    usual |= dict(zip(groups, racket.friction.coefficients.value, strict=True))
     for name in [*free, *(start or {})]:
-        if name not in BOUNDS:
-            raise InputError("free", name, ", ".join(BOUNDS))
+        if name not in usual:
+            raise InputError("free", name, ", ".join([*BOUNDS, *groups]))
+    if "mu" in free and any(name in groups for name in free):
+        raise InputError("free", ", ".join(free), "mu, or mu of groups of points, not both")
     values = usual | dict(start or {})
     parameters = tuple(
-        Parameter(name, BOUNDS[name][0], *BOUNDS[name][1:], values[name]) for name in free
+        Parameter(name, *BOUNDS["mu" if name in groups else name], values[name]) for name in free
     )
     return SurfaceProblem(table, racket, ball, parameters, short_title(racket, list(free)))
+
+
+def friction_groups(racket: RacketParameters) -> dict[str, NDArray[np.int64]]:
+    """Gives the points (from 0) of each mu of a racket: `mu` of all, then those of its file."""
+    points = racket.bed_topology().points
+    groups = {"mu": np.arange(len(points))}
+    for i in range(len(racket.friction.coefficients.value)):
+        name = f"mu{i + 1}"
+        own = [p - 1 for p in points if racket.friction.points.value[str(p)] == name]
+        groups[name] = np.array(own, dtype=np.int64)
+    return groups
 
 
 def expected_errors(problem: SurfaceProblem, x: Array | None = None) -> dict[str, float]:
@@ -260,16 +292,24 @@ def expected_errors(problem: SurfaceProblem, x: Array | None = None) -> dict[str
     return {p.name: float(e) for p, e in zip(problem.parameters, errors, strict=True)}
 
 
-def _of_friction(found: Mapping[str, Estimate], sliding: Array) -> list[str]:
+def _of_friction(
+    problem: SurfaceProblem, found: Mapping[str, Estimate], sliding: Array
+) -> list[str]:
     """Says where the data do not determine friction."""
-    if "mu" not in found:
-        return []
-    low, high = found["mu"].interval
-    if np.isfinite([low, high]).all() and 0.5 * (high - low) <= LITTLE:
-        return []
-    throughout = int(np.sum(sliding > 1.0 - 1e-9))
-    return [
-        f"mu is not determined: the ball slides throughout in {throughout} of {len(sliding)}"
-        " impacts, and where it grips neither angle nor spin depends on mu; impacts at 60 to 65"
-        " degrees from the normal would tell (docs/spin.md)"
-    ]
+    said = []
+    for name in problem.points_of:
+        low, high = found[name].interval
+        if np.isfinite([low, high]).all() and 0.5 * (high - low) <= LITTLE:
+            continue
+        met = problem.meets(name)
+        if not met.any():
+            said.append(f"{name} is not determined: no impact meets its points")
+            continue
+        throughout = int(np.sum(sliding[met] > 1.0 - 1e-9))
+        said.append(
+            f"{name} is not determined: the ball slides throughout in {throughout} of"
+            f" {int(met.sum())} impacts{'' if name == 'mu' else ' on its points'}, and where it"
+            " grips neither angle nor spin depends on mu; impacts at 60 to 65 degrees from the"
+            " normal would tell (docs/spin.md)"
+        )
+    return said

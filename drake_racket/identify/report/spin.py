@@ -16,7 +16,11 @@ from drake_racket.identify.report.directory import (
     write_fit,
 )
 from drake_racket.identify.report.outputs import convergence_section
-from drake_racket.identify.report.parameter_file import Provenance, fitted_quantity
+from drake_racket.identify.report.parameter_file import (
+    Provenance,
+    fitted_quantities,
+    fitted_quantity,
+)
 from drake_racket.io.units import labelled
 from drake_racket.parameters.ball import BallParameters, surface_of
 from drake_racket.parameters.quantities import Quantities
@@ -33,7 +37,7 @@ _FIELDS = {"kt": "tangential_stiffness", "ct": "tangential_damping", "chi": "fla
 def fitted_pair(
     fit: SurfaceFit, provenance: Provenance, name: str | None = None
 ) -> tuple[RacketParameters, BallParameters]:
-    """Gives racket and ball with the fitted numbers: mu at all points, kt, ct and chi.
+    """Gives racket and ball with the fitted numbers: mu of all points or groups, kt, ct, chi.
 
     Args:
         name: of the ball; its own with `_fitted` if None. The racket's likewise.
@@ -47,10 +51,13 @@ def fitted_pair(
     }
     surface = replace(surface_of(ball), **changes)
     ball = replace(ball, name=name or f"{ball.name}_fitted", surface=surface)
-    if "mu" in found:
-        mu = fitted_quantity(found["mu"], provenance)
-        count = len(racket.friction.coefficients.value)
-        values = Quantities((mu.value,) * count, "1", "fitted", f"one mu everywhere: {mu.source}")
+    old = racket.friction.coefficients
+    if fit.problem.points_of:
+        values = fitted_quantities(old, "mu", found, provenance)
+        if "mu" in found:
+            mu = fitted_quantity(found["mu"], provenance)
+            source = f"one mu everywhere: {mu.source}"
+            values = Quantities((mu.value,) * len(old.value), "1", "fitted", source)
         friction = replace(racket.friction, coefficients=values)
         racket = replace(racket, name=f"{racket.name}_fitted", friction=friction)
     return racket, ball

@@ -29,13 +29,16 @@ from drake_racket.laws.contact import (
     contact_forces,
     contact_powers,
     relative_motion,
+    stored_energy,
 )
 from drake_racket.laws.phases import (
     ACTING,
     AT_BALL,
     CB,
     CONSTANTS,
+    DB,
     DISCRETE_SIZE,
+    HB,
     KB,
     LEAD,
     NO_TIME,
@@ -79,22 +82,23 @@ def BallContact_(T: Any) -> Any:
             contact_state (9, ContactState): phase; point in contact, or to be hit (from 1);
                 compression x (m); its rate (m/s); N (N); F_x, F_y on the ball (N) and sliding
                 velocity v_x, v_y (m/s) in the head's axes.
-            stored_energy (1): kb x^2 / 2 in contact (J).
+            stored_energy (1): kb x^2 / 2 + hb x^3 / 3 in contact (J).
             power (6, ContactPower): lost in the ball's damper, lost to friction, gained from the
                 couple (W); and the force on the ball in the world (N), the rate of its impulse.
                 The couple: with the reaction at the string mass the two opposite forces act along
                 different lines once the ball has slid, which is work from nowhere. It is 0 with
                 the reaction at the ball.
         Numeric parameters:
-            0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth.
+            0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth,
+              hb (N/m^2), db (N s/m^2).
             1 friction: mu at the points in order (1).
             2 scales: s_v (m/s), s_d (m).
             3 choices: point (0: the nearest at touch); friction reading (0 velocity, 1
               displacement); reaction (0 at the string mass, 1 at the ball).
-        Discrete state (15; 35 on a discrete plant), latched at touch: phase, point, normal
+        Discrete state (17; 37 on a discrete plant), latched at touch: phase, point, normal
             approach speed at first touch (m/s), kb, cb, mu, tangential offset x, y (m), scale,
-            friction reading, reaction, time of first touch, time of last release (s), energy
-            kb x^2/2 given up at releases (J), number of touches.
+            friction reading, hb, db, reaction, time of first touch, time of last release (s),
+            energy given up at releases (J), number of touches.
         Events: touch, release and leaving are witness functions on a continuous plant, and checked
             at every update of a discrete one, whatever steps a Simulator takes in between. A run
             may start at touch.
@@ -268,7 +272,7 @@ def BallContact_(T: Any) -> Any:
             if state[PHASE] == CONTACT:
                 motion = self._motion(context, round(value_of(state[POINT])))
                 p, _ = self._relative(*motion)
-                output[0] = 0.5 * state[KB] * p[2] * p[2]
+                output[0] = stored_energy(-p[2], state[KB], state[HB])
 
         def _calc_power(self, context: Any, output: Any) -> None:
             state = context.get_discrete_state_vector().CopyToVector()
@@ -284,7 +288,8 @@ def BallContact_(T: Any) -> Any:
             """The output `power`, from a motion and what the law says of it."""
             on_ball, _, p, v, force = law
             w = motion[2][:3] @ motion[0][:, :3]
-            lost_ball, lost_friction, couple = contact_powers(p, v, force, state[CB], w)
+            damping = state[CB] - state[DB] * p[2]
+            lost_ball, lost_friction, couple = contact_powers(p, v, force, damping, w)
             if state[AT_BALL] > 0.5:
                 couple = 0.0 * couple
             return np.array([lost_ball, lost_friction, couple, *on_ball[3:]])
@@ -293,7 +298,8 @@ def BallContact_(T: Any) -> Any:
             """Keeps what acts over a discrete step, and the head's spin where it begins."""
             on_ball, _, p, v, force = law
             w = motion[2][:3] @ motion[0][:, :3]
-            damper = state[CB] * v[2] if force[2] > 0.0 else 0.0 * v[2]
+            damping = state[CB] - state[DB] * p[2]
+            damper = damping * v[2] if force[2] > 0.0 else 0.0 * v[2]
             couple = (0.0 if state[AT_BALL] > 0.5 else 1.0) * np.cross(p, force[:3])
             acting = np.array([damper, *force[:2], *couple, *on_ball[3:]])
             state[ACTING], state[SPIN] = state[WEIGHT] * acting, w

@@ -22,8 +22,9 @@ from pydrake.systems.framework import (
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_racket.io.errors import InputError
-from drake_racket.laws.contact import CONTACT, FREE, PASSED
+from drake_racket.laws.contact import CONTACT, FREE, PASSED, stored_energy
 from drake_racket.laws.phases import (
+    HB,
     KB,
     NO_TIME,
     PHASE,
@@ -33,7 +34,7 @@ from drake_racket.laws.phases import (
     next_phase,
     value_of,
 )
-from drake_racket.laws.places import bed_weights
+from drake_racket.laws.places import met_weights
 from drake_racket.laws.surface import (
     COMPILED_SURFACE,
     COMPILED_SURFACE_MOTION,
@@ -89,14 +90,15 @@ def SurfaceContact_(T: Any) -> Any:
                 head (the rim's share), all at the contact point; empty when not in contact.
             contact_state (9, ContactState): as of `BallContact`; the point is the nearest one, the
                 sliding velocity that of the ball over the strings (0 while they grip).
-            stored_energy (1): (kb x^2 + kt u^2) / 2 in contact (J).
+            stored_energy (1): kb x^2 / 2 + hb x^3 / 3 + kt u^2 / 2 in contact (J).
             power (6, ContactPower): as of `BallContact`; the ball's loss has that of ct in it.
         Numeric parameters:
-            0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth.
+            0 ball: speed_low, speed_high (m/s), kb (N/m) at speed_low, growth, cb (N s/m), growth,
+              hb (N/m^2), db (N s/m^2).
             1 friction: mu at the points in order (1).
-            2 surface: R (m), chi (1), kt (N/m), ct (N s/m).
+            2 surface: R (m), chi (1), kt (N/m), ct (N s/m), alone (`laws.places.met_weights`).
         Continuous state (2): the element u (m).
-        Discrete state (30), latched at touch: see `laws.surface`.
+        Discrete state (32), latched at touch: see `laws.surface`.
         Events: touch, release, leaving, and the turns between gripping and sliding are witness
             functions. A run may start at touch.
         The plant is continuous. Equations: `surface`.
@@ -256,7 +258,8 @@ def SurfaceContact_(T: Any) -> Any:
             output[0] = T(0.0)
             if record[PHASE] == CONTACT:
                 x, u = self._contact_law(context, record)[4][8], self.element(context)
-                output[0] = 0.5 * (record[KB] * x * x + record[KT] * (u[0] * u[0] + u[1] * u[1]))
+                sheared = 0.5 * record[KT] * (u[0] * u[0] + u[1] * u[1])
+                output[0] = stored_energy(x, record[KB], record[HB]) + sheared
 
         def _calc_power(self, context: Any, output: Any) -> None:
             record = self._latched(context)
@@ -293,9 +296,11 @@ def SurfaceContact_(T: Any) -> Any:
             motion = self._relative(*self._motions())
             p, v = motion[0], motion[1]
             model, at = self.model, self.at
-            points, weights, shares = bed_weights(model.grid, model.rim, p[0], p[1])
+            radius, *_, alone = context.get_numeric_parameter(self.SURFACE).CopyToVector()
+            points, weights, shares = met_weights(
+                model.grid, model.rim, p[0], p[1], value_of(alone)
+            )
             z, rate = state[at.positions], state[at.velocities]
-            radius = context.get_numeric_parameter(self.SURFACE)[0]
             gap, closing = p[2] - radius, -v[2]
             for i in range(4):
                 gap = gap - weights[i] * z[points[i]]
@@ -360,6 +365,7 @@ def SurfaceContact_(T: Any) -> Any:
                 context.get_numeric_parameter(i).CopyToVector()
                 for i in (self.BALL, self.FRICTION, self.SURFACE)
             )
+            surface = [*surface[:4], value_of(surface[4])]
             grid, rim = self.model.grid, self.model.rim
             now = context.get_time()
             surface_touch(record, p, v, turn, closing, now, ball, friction, surface, grid, rim)

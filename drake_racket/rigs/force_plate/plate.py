@@ -29,7 +29,7 @@ from drake_racket.engines.drake.engine import configure_integrator
 from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal
 from drake_racket.io.units import labelled
-from drake_racket.laws.contact import CONTACT
+from drake_racket.laws.contact import CONTACT, normal_force, normal_slopes
 from drake_racket.laws.phases import ContactBodies, ContactModel, contact_record
 from drake_racket.parameters.ball import BallParameters, load_ball
 from drake_racket.parameters.scenario import IntegratorSettings
@@ -195,9 +195,11 @@ def make_force_plate(ball: BallParameters | None = None) -> ForcePlate:
 
 def _plate_impact(rows: NDArray[np.float64], latched: Any, mass: float) -> PlateImpact:
     time, x, rate = rows
-    raw = latched.kb * x + latched.cb * rate
+    constants = latched.kb, latched.cb, latched.hb, latched.db
+    raw = normal_force(x, rate, *constants)
+    kx, cx = normal_slopes(x, rate, *constants)
     # the plate does not move: x'' = -N / m, so the rate of N is known at every step
-    spline = CubicHermiteSpline(time, raw, latched.kb * rate - latched.cb * raw / mass)
+    spline = CubicHermiteSpline(time, raw, kx * rate - cx * raw / mass)
     flat = spline.derivative().roots(extrapolate=False)
     candidates = np.concatenate([[0.0], flat[np.isfinite(flat)]])
     best = candidates[int(np.argmax(spline(candidates)))]
@@ -230,7 +232,7 @@ def plate_dataset(
 
     Returns:
         A dataset over `speed` (m/s), with the force over `time` (s from touch) too. Every variable
-        has `units` and `long_name`.
+        has `units` and `long_name`. There is a closed form with normal law `linear` only.
 
     Raises:
         InputError: no speed, a speed twice or outside 0.1-100 m/s, or a rate out of range.
@@ -244,22 +246,14 @@ def plate_dataset(
     ball = plate.ball.parameters
     time = sample_times(rate, BEFORE, AFTER)
     runs = [plate.run(speed, settings=settings) for speed in speeds]
-    forms = [
-        closed_form(mass=ball.mass.value, stiffness=r.kb, damping=r.cb, speed=r.speed) for r in runs
-    ]
     columns: dict[str, Any] = {
         name: labelled("speed", [getattr(r, name) for r in runs], units, text)
         for name, units, text in _VARIABLES
     }
-    for name, units, text in _VARIABLES[2:]:
-        values = [getattr(f, name) for f in forms]
-        attributes = {"units": units, "long_name": f"{text}, closed form"}
-        columns[f"{name}_closed_form"] = ("speed", values, attributes)
-    for name, rows, text in (
-        ("force", [r.sampled(rate).value for r in runs], "force on the plate"),
-        ("force_closed_form", [f.force(time) for f in forms], "force on the plate, closed form"),
-    ):
-        columns[name] = labelled(("speed", "time"), rows, "N", text)
+    forces = [r.sampled(rate).value for r in runs]
+    columns["force"] = labelled(("speed", "time"), forces, "N", "force on the plate")
+    if ball.normal == "linear":
+        columns |= _closed_columns(runs, ball.mass.value, time)
     return xr.Dataset(
         columns,
         coords={
@@ -274,6 +268,23 @@ def plate_dataset(
             "sample_rate_Hz": rate,
         },
     )
+
+
+def _closed_columns(
+    runs: Sequence[PlateImpact], mass: float, time: NDArray[np.float64]
+) -> dict[str, Any]:
+    """The closed forms of runs, as columns of `plate_dataset`."""
+    forms = [closed_form(mass=mass, stiffness=r.kb, damping=r.cb, speed=r.speed) for r in runs]
+    columns: dict[str, Any] = {
+        f"{name}_closed_form": labelled(
+            "speed", [getattr(f, name) for f in forms], units, f"{text}, closed form"
+        )
+        for name, units, text in _VARIABLES[2:]
+    }
+    forces = [f.force(time) for f in forms]
+    text = "force on the plate, closed form"
+    columns["force_closed_form"] = labelled(("speed", "time"), forces, "N", text)
+    return columns
 
 
 _VARIABLES = (

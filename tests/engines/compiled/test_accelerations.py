@@ -43,7 +43,7 @@ def record_at(rng, points, friction_reading, reaction_at_ball):
     record[[TOUCH, RELEASE]] = np.nan
     latched = [1.0, rng.integers(1, points + 1), 25.0, 5e4, 15.0, 0.35, *rng.normal(0, 1e-3, 2)]
     record[: len(latched)] = latched
-    record[8:11] = 0.02, friction_reading, reaction_at_ball
+    record[8:13] = 0.02, friction_reading, *rng.choice([0.0, 1e6], 2), reaction_at_ball
     return record
 
 

@@ -82,7 +82,7 @@ def test_every_rule_against_differences(x, y):
 
 @pytest.mark.parametrize("by_displacement", [0.0, 1.0])
 def test_contact_law_has_its_partials(by_displacement):
-    constants = np.array([5e4, 15.0, 0.35, 1e-3, -2e-3, 0.02, by_displacement])
+    constants = np.array([5e4, 15.0, 0.35, 1e-3, -2e-3, 0.02, by_displacement, 3e5, 40.0])
     p, v = (0.01, -0.004, -0.006), (3.0, -1.0, -4.0)
     three = ("tuple", (NUMBER,) * 3)
     twin = Tangents().of(contact_law, three, three, array(1))
@@ -100,7 +100,7 @@ def test_contact_law_has_its_partials(by_displacement):
             store(out, lanes[i], i)
         return value
 
-    d_p, d_v, d_c, out = (np.zeros((n, LANES)) for n in (3, 3, 7, 3))
+    d_p, d_v, d_c, out = (np.zeros((n, LANES)) for n in (3, 3, 9, 3))
     d_p[0, 0] = d_v[0, 1] = d_v[2, 2] = d_c[2, 3] = 1.0  # by p_x, v_x, v_z and mu
     fx, fy, normal, _ = compiled(run)(p, v, constants, d_p, d_v, d_c, out)
     theirs = contact_partials(p, v, constants)
@@ -109,7 +109,8 @@ def test_contact_law_has_its_partials(by_displacement):
     slide = 0 if by_displacement else 1  # the lane of what the friction's direction is of
     assert out[:, slide] == pytest.approx([-share * (1 - ex * ex), share * ex * ey, 0.0], rel=1e-12)
     assert out[:, 1 - slide] == pytest.approx([0.0, 0.0, 0.0])
-    assert out[:, 2] == pytest.approx([-15.0 * ux, -15.0 * uy, -15.0], rel=1e-12)
+    by_rate = -15.0 - 40.0 * 0.006
+    assert out[:, 2] == pytest.approx([by_rate * ux, by_rate * uy, by_rate], rel=1e-12)
     assert out[:, 3] == pytest.approx([fx / 0.35, fy / 0.35, 0.0], rel=1e-12)
 
 

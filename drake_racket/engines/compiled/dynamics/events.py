@@ -59,7 +59,7 @@ def _touch(model: Any, i: int, point: int, p: Any, v: Any, time: float, record: 
     """Records a touch of contact i, with its parameters."""
     c, n = model[at.CONTACT_ROWS][i], model[at.CONTACT_NUMBERS][i]
     friction = model[at.POINT_NUMBERS][c[at.GRID_0] : c[at.GRID_0] + c[at.POINTS], 2]
-    ball = n[at.BALL_LAW : at.BALL_LAW + 6]
+    ball = n[at.BALL_LAW : at.BALL_LAW + 8]
     scales, choices = n[at.SCALES : at.SCALES + 2], n[at.CHOICES : at.CHOICES + 3]
     touch(record, point, p, v, time, ball, friction, scales, choices)
 

@@ -21,8 +21,8 @@ from drake_racket.engines.compiled.dynamics.layout import ACC, OWN, POS, SUB, VE
 from drake_racket.engines.compiled.dynamics.motion import back, cross
 from drake_racket.engines.compiled.dynamics.solve import solve_free
 from drake_racket.laws.compilation import compilable, finds_root
-from drake_racket.laws.contact import contact_partials
-from drake_racket.laws.phases import AT_BALL, CB, KB, POINT
+from drake_racket.laws.contact import friction_partials, normal_force, normal_slopes
+from drake_racket.laws.phases import AT_BALL, CB, DB, HB, KB, POINT
 
 
 @compilable
@@ -194,8 +194,10 @@ def linearise(
     for axis in range(2):
         for k in range(len(f)):
             law[2 + axis] -= rows[axis, k] * f[k]
-    law[4] = -record[KB] * p[2] - record[CB] * v[2]
-    law[5] = -record[KB] * v[2] - record[CB] * a2
+    kb, cb, hb, db = record[KB], record[CB], record[HB], record[DB]
+    kx, cx = normal_slopes(-p[2], -v[2], kb, cb, hb, db)
+    law[4] = normal_force(-p[2], -v[2], kb, cb, hb, db)
+    law[5] = -kx * v[2] - cx * a2
     for axis in range(2):
         e = (r[axis], r[3 + axis], r[6 + axis])
         for k in range(len(ints)):
@@ -213,9 +215,15 @@ def linearise(
 def friction_at(x0: float, x1: float, normal: float, constants: Any) -> Any:
     """Gives friction (N) at a sliding velocity under a normal force, and its derivative (2, 2)."""
     load = max(normal, 0.0)
-    place = (0.0, 0.0, -load / constants[0])
-    fx, fy, _, _, _, ex, ey, share = contact_partials(place, (x0, x1, 0.0), constants)
-    return fx, fy, -share * (1.0 - ex * ex), share * ex * ey, -share * (1.0 - ey * ey)
+    load = constants[0] * (load / constants[0])  # rounded as it has always been
+    _, _, ex, ey, share = friction_partials(x0, x1, load, constants)
+    return (
+        -share * x0,
+        -share * x1,
+        -share * (1.0 - ex * ex),
+        share * ex * ey,
+        -share * (1.0 - ey * ey),
+    )
 
 
 @compilable

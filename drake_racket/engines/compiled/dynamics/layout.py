@@ -88,10 +88,10 @@ CONTACT_INTS = 6
 """First leaf and number of points of the bed; the ball's node; the point nearest the centre
 (from 1); where its points begin in the table of points; where the element of contact surface begins
 in the state y, -1 for the paper's contact, which has none."""
-BALL_LAW, SCALES, CHOICES, RIM, R_HS, P_BALL, SURFACE = 0, 6, 8, 11, 13, 22, 25
-CONTACT_FLOATS = 29
+BALL_LAW, SCALES, CHOICES, RIM, R_HS, P_BALL, SURFACE = 0, 8, 10, 13, 15, 24, 27
+CONTACT_FLOATS = 32
 """Parameters of the BallContact; rim (2); axes of the strings in the head's node (9); the ball's
-centre in its node (3); R, chi, kt and ct of contact surface (4)."""
+centre in its node (3); R, chi, kt, ct and alone of contact surface (5)."""
 POINT_FLOATS = 3
 """Place x, y of a point in the head's axes, and mu."""
 

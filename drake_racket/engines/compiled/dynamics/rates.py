@@ -26,7 +26,7 @@ from drake_racket.engines.compiled.dynamics.surface import is_surface, surface_c
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, contact_powers
 from drake_racket.laws.limits import limit_losses
-from drake_racket.laws.phases import AT_BALL, CB, PHASE
+from drake_racket.laws.phases import AT_BALL, CB, DB, PHASE
 from drake_racket.laws.totals import (
     COUPLE,
     GRIP,
@@ -143,7 +143,7 @@ def rates(
 
     Args:
         model: tables of `layout.open_model`.
-        records: (contacts, 15) of `laws.phases`.
+        records: (contacts, 17) of `laws.phases`.
         origin, w, leaves, tau: work: (5,), of nodes, of leaves, and one number per velocity.
 
     """
@@ -211,8 +211,9 @@ def rates(
                 a = w[head]
                 turning = back(r, (a[VEL], a[VEL + 1], a[VEL + 2]))
             # in contact until the event, whatever sign a stage past it has: the rate stays smooth
+            ball_damping = record[CB] - record[DB] * p[2]
             pushing = (force[0], force[1], max(force[2], 1e-300))
-            lost_ball, lost_friction, couple = contact_powers(p, v, pushing, record[CB], turning)
+            lost_ball, lost_friction, couple = contact_powers(p, v, pushing, ball_damping, turning)
             f[first + LOST_BALL], f[first + LOST_FRICTION] = lost_ball, lost_friction
             f[first + COUPLE] = couple
             for k in range(3):

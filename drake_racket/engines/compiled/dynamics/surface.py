@@ -15,7 +15,7 @@ from drake_racket.engines.compiled.dynamics.motion import back, cross, turn
 from drake_racket.laws.compilation import compilable
 from drake_racket.laws.contact import CONTACT, FREE, PASSED
 from drake_racket.laws.phases import PHASE, POINT, next_phase
-from drake_racket.laws.places import bed_weights
+from drake_racket.laws.places import met_weights
 from drake_racket.laws.surface import (
     NEARLY,
     POINT_0,
@@ -83,7 +83,9 @@ def law_of(c: Any, rows: Any, y: Any, record: Any, p: Any, v: Any, spin: Any, le
 def apart(c: Any, n: Any, rows: Any, places: Any, y: Any, p: Any, v: Any, leaves: Any) -> Any:
     """Gives gap (m), rate of compression (m/s) and nearest point (from 1) of a ball apart."""
     grid = places[c[at.GRID_0] : c[at.GRID_0] + c[at.POINTS]]
-    points, weights, shares = bed_weights(grid, n[at.RIM : at.RIM + 2], p[0], p[1])
+    points, weights, shares = met_weights(
+        grid, n[at.RIM : at.RIM + 2], p[0], p[1], n[at.SURFACE + 4]
+    )
     gap, rate, nearest = p[2] - n[at.SURFACE], -v[2], 0
     for k in range(4):
         leaf = c[at.LEAF_0] + points[k]
@@ -177,7 +179,7 @@ def _touch(
 ) -> None:
     """Records a touch of a contact, with its parameters, and lays the element at rest."""
     rows = places[c[at.GRID_0] : c[at.GRID_0] + c[at.POINTS]]
-    ball, surface = n[at.BALL_LAW : at.BALL_LAW + 6], n[at.SURFACE : at.SURFACE + 4]
+    ball, surface = n[at.BALL_LAW : at.BALL_LAW + 8], n[at.SURFACE : at.SURFACE + 5]
     rim = n[at.RIM : at.RIM + 2]
     surface_touch(record, p, v, spin, rate, time, ball, rows[:, 2], surface, rows, rim)
     y[c[at.ELEMENT]], y[c[at.ELEMENT] + 1] = 0.0, 0.0

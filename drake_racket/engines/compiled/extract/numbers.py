@@ -213,7 +213,7 @@ def _contact(tree: Tree, impact: Any, root: Context) -> list[float]:
         scales, choices, surface = np.zeros(2), np.zeros(3), third
     else:
         scales, choices = third, context.get_numeric_parameter(3).CopyToVector()
-        surface = np.zeros(4)
+        surface = np.zeros(5)
     first = next(
         leaf
         for leaf in tree.leaves

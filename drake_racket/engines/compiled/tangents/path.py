@@ -37,7 +37,7 @@ class Tangents:
         error: largest error of a step as a share of the derivative; out of contact.
         time: (p, n) of the times; those of events move.
         state: (p, n, size) of the states at these times.
-        record: (p, n, contacts, 15) of what the contacts have latched.
+        record: (p, n, contacts, 17) of what the contacts have latched.
 
     """
 

@@ -171,14 +171,14 @@ def replay(
     Args:
         model, d_model: tables, and their lanes; of tables of integers these themselves.
         still: such lanes of 0.
-        samples, sampled: of the run: (n, 1 + size) time and state, (n, contacts, 15) records.
-        blank: (contacts, 15) records before the run.
+        samples, sampled: of the run: (n, 1 + size) time and state, (n, contacts, 17) records.
+        blank: (contacts, 17) records before the run.
         d_y: (size, LANES) of the state at the start; changed.
         d_end: (1, LANES) of the time when the run ends.
         scale: (size,) weights of errors, of the run.
         states: (n, size, LANES) of the states, at the times of the samples, which may depend on
             the parameters: `times` (n, LANES).
-        records_out: (n, contacts, 15, LANES) of the records.
+        records_out: (n, contacts, 17, LANES) of the records.
 
     """
     nq, size = model[at.HEAD][at.POSITIONS], samples.shape[1] - 1
