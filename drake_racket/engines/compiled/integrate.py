@@ -283,7 +283,7 @@ def integrate(
             gaps[0, i], slopes[0, i] = gaps[1, i], slopes[1, i]
             gaps[0, contacts + i] = gaps[1, contacts + i]
         event, searching, side, factor = -1, False, 0, 1.0
-        low, high, at_low, at_high, tries = 0.0, 0.0, 0.0, 0.0, 0
+        low, high, at_low, at_high, tries, changes = 0.0, 0.0, 0.0, 0.0, 0, 0
         last = time + h >= end - 1e-15
         part = end - time if last else h
         while True:  # until the step is good enough, or ends at an event
@@ -299,8 +299,9 @@ def integrate(
                 near = abs(value) <= share * abs(gaps[0, event]) or high - low < SHORTEST
                 if near or tries > 60:
                     other = first_event(records, gaps, event)
-                    if other < 0:
+                    if other < 0 or changes > 2 * contacts:  # two at once do not take turns
                         break
+                    changes += 1
                     # another contact's event lies before this one: it is looked for instead
                     event, low, high, side, tries = other, 0.0, part, 0, 0
                     at_low, at_high = gaps[0, event], gaps[1, event]
