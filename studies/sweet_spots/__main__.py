@@ -35,7 +35,6 @@ from drake_racket import (
 )
 from drake_racket.rigs import head_node
 from drake_racket.sweep import make_sweep, run_sweep
-from drake_racket.parameters.scenario import CONTACTS
 from studies.sample_figures import SWEET_SPOTS, best_aim, sweet_spot_figure
 
 REACH = 0.85  # of the rim's semi-axes: beyond it the ball would meet the frame
@@ -98,7 +97,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("sweet_spots"))
     parser.add_argument("--racket", nargs="+", default=["tour", "recreational"])
     parser.add_argument("--step", type=float, default=0.005, help="between aims (m)")
-    parser.add_argument("--contact", choices=CONTACTS, default="surface")
+    parser.add_argument("--contact", choices=["surface", "paper"], default="surface")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--fresh", action="store_true", help="delete what is in DIR/RACKET")
     parser.add_argument("--quick", action="store_true", help="a handful of aims, a short run")
