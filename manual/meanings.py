@@ -41,6 +41,8 @@ MEANINGS = {
     "damping_growth": "cb(high)/cb(low) - 1",
     "sliding_speed_scale": "s in friction by velocity, v / sqrt(v² + s²)",
     "sliding_distance_scale": "s in friction by displacement, d / sqrt(d² + s²)",
+    "normal": "law of the normal force",
+    "hunt_crossley": "the constants of that law; none in a ball that was never fitted to it",
     "hand": "a hand with mass, for `grip_kind: hand`; springs join it to what carries it",
     "wrist_force_stiffness": "between the hand and what carries it, along x, y and z",
     "wrist_force_damping": "likewise",

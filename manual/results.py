@@ -68,6 +68,7 @@ def outputs_page() -> str:
         "hand": "support `grip` or `limb`",
         "limb": "support `limb`",
         "surface": "`contact: surface`",
+        "element": "`contact: surface` or `friction_reading: element`",
     }
     rows = []
     for output in OUTPUTS.values():

@@ -28,12 +28,20 @@ class BallSurface(Schema):
 
 @dataclass(frozen=True)
 class BallHuntCrossley(Schema):
-    """Has the constants of normal law `hunt_crossley`: N = (kb + hb x) x + (cb + db x) x'."""
+    """Has the constants of normal law `hunt_crossley`: N = (kb + hb x) x + (cb + db x) x'.
 
-    stiffness: Annotated[Quantity, Of("N/m")]  # kb
-    stiffness_rise: Annotated[Quantity, Of("N/m^2", sign="non-negative")]  # hb
-    damping: Annotated[Quantity, Of("N*s/m", sign="non-negative")]  # cb
-    damping_rise: Annotated[Quantity, Of("N*s/m^2", sign="non-negative")]  # db
+    Attributes:
+        stiffness: kb, of a ball hardly compressed.
+        stiffness_rise: hb, by which it grows with compression.
+        damping: cb, of a ball hardly compressed.
+        damping_rise: db, by which it grows with compression.
+
+    """
+
+    stiffness: Annotated[Quantity, Of("N/m")]
+    stiffness_rise: Annotated[Quantity, Of("N/m^2", sign="non-negative")]
+    damping: Annotated[Quantity, Of("N*s/m", sign="non-negative")]
+    damping_rise: Annotated[Quantity, Of("N*s/m^2", sign="non-negative")]
 
 
 @dataclass(frozen=True, repr=False)

@@ -152,6 +152,7 @@ def stroke_of(joints: list, q: np.ndarray, v: np.ndarray):
     """The whole stroke that a limb in state (q, v) makes, as R, p and V of the string-bed."""
     X, V = moved(joints, q, v)
     closed, azimuth, tip = np.degrees(face_angles(X.rotation().matrix()))
+    assume(abs(closed) <= 89.0)  # a coach's angles have no azimuth beyond
     left = np.cross([0.0, 0.0, 1.0], X.rotation().matrix()[:, 2])
     speed = float(np.linalg.norm(V.translational()))
     stroke = Stroke(
