@@ -244,8 +244,8 @@ def read(tree: Any, schema: type[T], where: str) -> T:
 
 def check_fields(made: Any, names: Iterable[str], where: str) -> None:
     """Checks some fields of a schema's object as `read` does; raises InputError."""
-    hints = _hints(typing.cast(Any, type(made)))
-    for name in names:
+    hints, chosen = _hints(typing.cast(Any, type(made))), set(names)
+    for name in (name for name in hints if name in chosen):  # the first finding in their order
         try:
             _adapter(hints[name]).validate_python(getattr(made, name))
         except ValidationError as error:
