@@ -39,6 +39,8 @@ from drake_racket.sweep import make_sweep, run_grid
 TITLE = "A hand from loose to rigid: corner impact in a backhand"
 FACTORS = tuple(float(f) for f in np.logspace(-4, 6, 11))
 
+CHECK = {"tolerance": 0.03}  # the largest force is that of a run's samples
+
 
 def rebound(result: ImpactResult) -> float:
     """Normal velocity of the ball when it leaves."""
@@ -77,9 +79,11 @@ def sweep(base: Scenario, factors: list[float]) -> xarray.Dataset:
         paths = [str(Path(directory) / f"grip_{i}.yaml") for i in range(len(factors) + 1)]
         for path, factor in zip(paths, [0.0, *factors], strict=True):
             write_grip(normal.scaled(factor), Path(path))
-        compliant = make_sweep(replace(base, grip_kind="compliant"), {"grip": paths}, OUTPUTS)
+        axes = {"grip": paths}
+        compliant = make_sweep(replace(base, grip_kind="compliant"), axes, OUTPUTS, check=CHECK)
         held = run_grid(compliant, title=TITLE)
-        weld = run_grid(make_sweep(base, {"grip_kind": ["weld"]}, OUTPUTS), title=TITLE)
+        kinds = {"grip_kind": ["weld"]}
+        weld = run_grid(make_sweep(base, kinds, OUTPUTS, check=CHECK), title=TITLE)
     named = held.rename(grip="factor").assign_coords(factor=[0.0, *factors])
     last = weld.rename(grip_kind="factor").assign_coords(factor=[np.inf])
     dataset = xarray.concat([named, last], dim="factor", combine_attrs="override")

@@ -90,8 +90,7 @@ def beam_impact(
     racket, ball = load_racket(name), load_ball()
     beam, stiffness = fine(name, density)
     kf, cf = racket.throat_joint.out_of_plane()
-    low, _, k, k_growth, c, c_growth = ball_law(ball)
-    high = ball_law(ball)[1]
+    low, high, k, k_growth, c, c_growth, *_ = ball_law(ball)
     share = (speed - low) / (high - low)
     law = ball.mass.value, k * (1.0 + k_growth * share), c * (1.0 + c_growth * share)
     held = np.flatnonzero(np.repeat(beam.x <= clamp + 1e-9, 2)) if support == "clamped" else ()
