@@ -114,7 +114,11 @@ def _run_here(tasks: Iterable[CaseTask]) -> Outcomes:
 
 def _threads() -> int:
     """Threads for machine code; one processor is left to what reads the cases."""
-    return max(1, min(MOST_THREADS, len(os.sched_getaffinity(0)) - 1)) if HAS_NUMBA else 0
+    if not HAS_NUMBA:
+        return 0
+    ours = hasattr(os, "sched_getaffinity")  # on Linux; others do not bind processes
+    processors = len(os.sched_getaffinity(0)) if ours else os.cpu_count() or 1
+    return max(1, min(MOST_THREADS, processors - 1))
 
 
 def _run_in_pool(tasks: Iterable[CaseTask], workers: int, strict: bool) -> Outcomes:
