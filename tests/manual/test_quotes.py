@@ -483,3 +483,73 @@ def test_what_the_best_stroke_gains():
         "best_racket_and_stroke",
         f"With the same fastest joint the ball leaves {100 * (after / before - 1):.0f} % faster",
     )
+
+
+def cells(name: str, first: str) -> list[str]:
+    """The cells after the first of a row of a Markdown table that a command printed."""
+    (line,) = re.findall(rf"^\| {re.escape(first)} +\|(.*)\|$", printed(name), re.MULTILINE)
+    return [cell.strip() for cell in line.split("|")]
+
+
+def test_what_six_segments_cost():
+    page = "how_many_segments"
+    read = "with reading the case and making its arrays"
+    for name in ("integration alone", read, "`simulate` without a history", "evaluations"):
+        row_of = cells("segments_cost", name.replace("`", ""))
+        says(page, f"| {name} | {' | '.join(cell.removesuffix(' ms') for cell in row_of)} |")
+    alone = [float(c.removesuffix(" ms")) for c in cells("segments_cost", "integration alone")]
+    counts = [float(c) for c in cells("segments_cost", "evaluations")]
+    each = [1e3 * alone[0] / counts[0]]
+    each += [1e3 * alone[0] * alone[i] / counts[i] for i in (1, 2)]
+    says(page, f"| one evaluation (µs) | {' | '.join(f'{e:.1f}' for e in each)} | |")
+    a, b = cells("segments_cost", "simulate without a history")[1:3]
+    says("frame_and_hand", f"compiled engine | {a} (A), {b} (B); Drake's 1.4 |")
+
+
+def test_what_contact_surface_costs():
+    lines = [
+        line.split("|")[2:-1] for line in printed("surface_cost").splitlines() if "degrees" in line
+    ]
+    assert len(lines) == 12
+    counts, times = ([float(line[i]) for line in lines] for i in (2, 5))
+    says(
+        "spin",
+        f"it takes {short(min(counts))} to {max(counts):.3f} of the evaluations and"
+        f" {short(min(times), 2)} to {max(times):.2f} of the CPU time",
+        f"evaluations {short(min(counts))} to {max(counts):.3f}, CPU time {short(min(times), 2)} to"
+        f" {max(times):.2f}, in the mean of twelve {short(sum(counts) / 12)} and"
+        f" {short(sum(times) / 12)} |",
+    )
+
+
+def test_sweet_spots():
+    number = r"([-+\d.]+)"
+    most, quiet, soft, node, percussion = [], [], [], [], []
+    for racket in ("tour", "recreational"):
+        best, at = found(
+            "sweet_spots", rf"{racket}, most restitution: .*on the axis {number} +at {number} mm"
+        )
+        most.append(f"{best:.3f}, at {at:.0f}")
+        at, closed = found(
+            "sweet_spots",
+            rf"{racket}, least handle ringing: .*on the axis \S+ m/s² at {number} mm.*\n"
+            rf" +closed form: {number} mm",
+        )
+        quiet.append(f"at {at:+.0f}")
+        node.append(f"{closed:+.0f}")
+        force, at, closed = found(
+            "sweet_spots",
+            rf"{racket}, least peak hand force: .*on the axis {number} N at {number} mm.*\n"
+            rf" +closed form: {number} mm",
+        )
+        soft.append(f"{force:.0f} N, at {at:+.0f}")
+        percussion.append(f"{closed:+.0f}")
+    says(
+        "sample_studies",
+        f"| most restitution | {' | '.join(most)} |",
+        f"| least vibration on the long axis | {' | '.join(quiet)} |",
+        f"| the node of bending of the free racket (closed form) | {' | '.join(node)} |",
+        f"| least force on the hand, on the long axis | {' | '.join(soft)} |",
+        "| the centre of percussion for the hand's place (closed form) |"
+        f" {' | '.join(percussion)} |",
+    )
