@@ -20,14 +20,18 @@ RESULTS, FIGURES = ROOT / "docs" / "results", ROOT / "docs" / "figures"
 OUT = "OUT"
 
 COMMANDS = {
+    "against_others": "benchmarks/against_others.py",
+    "ball_calibration": "-m studies.ball_calibration --out OUT",
     "best_racket": "-m studies.best_racket --out OUT",
     "best_stroke": "-m studies.best_stroke --out OUT",
+    "clamped_batch": "benchmarks/clamped_batch.py",
     "compiled_engine": "benchmarks/compiled_engine.py",
     "evaluation_cost": "benchmarks/evaluation_cost.py",
     "finer_beds": "studies/finer_beds.py --out OUT",
     "frame_stiffness": "-m studies.frame_stiffness_and_handle_vibration --out OUT",
     "how_many_segments": "-m studies.how_many_segments --out OUT",
     "identifiability": "-m studies.identifiability --out OUT",
+    "limb_impact": "benchmarks/limb_impact.py",
     "my_swing": "-m studies.which_racket_for_my_swing --out OUT",
     "segments_cost": "benchmarks/segments_cost.py",
     "slow_balls": "studies/slow_balls.py --out OUT",
@@ -40,6 +44,7 @@ COMMANDS = {
     "tangents": "benchmarks/tangents.py",
     "ten_grams": "-m studies.where_to_put_ten_grams --out OUT",
     "tension_and_power": "-m studies.tension_and_power --out OUT",
+    "work_precision": "benchmarks/work_precision.py",
 }
 
 
