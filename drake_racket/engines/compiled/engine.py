@@ -14,7 +14,7 @@ from drake_racket.cases.case import Case
 from drake_racket.cases.diagram import ImpactDiagram
 from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.dynamics.observe import NODE_ROW
-from drake_racket.engines.compiled.extract.model import Model, Wiring, extract, numbers_of
+from drake_racket.engines.compiled.extract.model import Model, Wiring, extract
 from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.engines.compiled.integrate import FULL, NOT_FINITE, STUCK
 from drake_racket.engines.compiled.kernel import run_case, see_contact, see_motion
@@ -108,7 +108,7 @@ class CompiledImpact:
         system = self.system
         root = self._root if root is None else root
         system.write_context(root, case)
-        floats = numbers_of(self.model, root, _wiring(system, root))
+        floats = self.model.numbers.read(root, _wiring(system, root))
         context = system.plant.GetMyContextFromRoot(root)
         state = system.plant.GetPositionsAndVelocities(context)
         totals = 0 if system.meter is None else TOTALS
@@ -227,7 +227,7 @@ class CompiledImpact:
         nodes = np.zeros((m, ints[at.NODES], NODE_ROW))
         leaves = np.zeros((m, ints[at.LEAVES], 6))
         loads = np.zeros((m, 6))
-        tables = at.open_model(ints, at.one_by_one(ints, start.floats))
+        tables = at.one_by_one(start.tables)
         see_motion(tables, times, states, records, nodes, leaves, loads)
         poses, velocities = self._places.bodies(nodes, leaves)
         sensed = int(system.impact.racket.frame("accelerometer").body().index())
