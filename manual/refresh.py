@@ -2,7 +2,7 @@
 
 Each name is a command of the repository. What it prints is kept as docs/results/NAME.txt, its
 tables (CSV) beside it, and its pictures replace those in docs/figures. The pages' sentences are
-compared with these files by `tests/manual/test_quotes.py`.
+compared with these files by tests (`tests/manual/quotes.py`).
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ import re
 
 import pytest
 
-from manual.refresh import RESULTS
-from tests.manual.test_quotes import found, printed, says
+from manual.refresh import COMMANDS, RESULTS
+from tests.manual.quotes import found, printed, says
 
 PAGE = "performance"
 
@@ -96,3 +96,10 @@ def test_work_and_precision(name):
         rebound, energy, _, evaluations = [cell.strip() for cell in line.split("|")]
         shown += [_short(rebound), _short(energy), evaluations]
     says(PAGE, f"| {name} | {' | '.join(shown)} |")
+
+
+def test_each_result_has_its_command():
+    names = {path.name.split(".")[0] for path in RESULTS.iterdir()}
+    assert names <= set(COMMANDS)
+    for name in names:
+        assert printed(name).startswith(f"$ python {COMMANDS[name]}\n")
