@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tests.manual.quotes import REPORT, found, model, page_text, printed, says, short
+from tests.manual.quotes import REPORT, found, model, printed, says, short
 
 
 def tension(racket: str, support: str, point: int) -> tuple[float, ...]:
@@ -166,64 +166,6 @@ def test_slow_balls():
         f"{short(at(bed, law, 4.43))} with this law, {short(at(bed, slow, 4.43))} with the slow",
         f"{short(at(floor, law, 7.058))}), |",
     )
-
-
-BEDS = {
-    "tour low": "Tour, low tension",
-    "tour high": "Tour, high tension",
-    "recreational low": "Recreational, low tension",
-    "recreational high": "Recreational, high tension",
-}
-CASES = {
-    "restitution (published)": "restitution",
-    "+ contact time": "+ contact time",
-    "+ peak deflection": "+ peak deflection",
-    "+ static stiffness": "+ static stiffness",
-    "+ these three": "+ these three",
-    "+ static shape": "+ static shape",
-    "static stiffness alone": "static stiffness alone",
-    "static shape alone": "static shape alone",
-    "restitution, ball fitted": "restitution, kb and cb fitted",
-    "+ contact time, ball fitted": "+ contact time, kb and cb fitted",
-    "+ static shape, ball fitted": "+ static shape, kb and cb fitted",
-}
-
-
-@pytest.mark.parametrize("bed", BEDS)
-def test_errors_of_every_parameter(bed):
-    block = printed("identifiability").split(f"measurements, {bed}: ")[1].split("\n\n")[0]
-    part = page_text("identifiability").split(BEDS[bed])[1].split("each alone")[0]
-    for case, name in CASES.items():
-        (line,) = [
-            x
-            for x in block.splitlines()
-            if (x.startswith(f"{case} ") and x[len(case) + 1] == " ") or x.startswith(f"{case}  ")
-        ][:1]
-        cells = line[len(case) :].split()
-        shown = [*cells[:11], *cells[-2:]]
-        assert f"| {name} | {' | '.join(shown)} |" in part, f"{bed}: {name}: {shown}"
-
-
-def test_how_many_are_determined():
-    counts = {
-        (bed, case): "{:.0f} / {:.0f}".format(
-            *found(
-                "identifiability",
-                rf"measurements, {bed}: (?:.*\n)*?{re.escape(case)}  .* (\d+) +(\d+)\n",
-            )
-        )
-        for bed in BEDS
-        for case in CASES
-    }
-    for case, name in {
-        "restitution (published)": "restitution",
-        "+ contact time": "+ contact time",
-        "+ these three": "+ contact time, peak deflection and static stiffness",
-        "+ static shape": "+ static shape",
-        "static shape alone": "static shape alone",
-        "restitution, ball fitted": "restitution, with kb and cb fitted, too",
-    }.items():
-        says("identifiability", f"| {name} | {' | '.join(counts[bed, case] for bed in BEDS)} |")
 
 
 def test_what_contact_surface_costs():
