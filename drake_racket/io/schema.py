@@ -34,12 +34,17 @@ T = TypeVar("T")
 Vector = tuple[float, ...]
 
 
+@functools.cache
+def _keywords(cls: type) -> tuple[str, ...]:
+    return tuple(f.name for f in dataclasses.fields(typing.cast(Any, cls)) if f.init)
+
+
 class _Named(type):
     """Refuses an unknown keyword as an unknown key of a file is refused."""
 
     def __call__(cls, *args: Any, **keywords: Any) -> Any:
         if dataclasses.is_dataclass(cls):
-            names = [f.name for f in dataclasses.fields(cls) if f.init]
+            names = _keywords(cls)
             for keyword in keywords:
                 if keyword not in names:
                     raise _unknown(f"{cls.__name__}: {keyword}", keyword, ", ".join(names))
@@ -249,6 +254,29 @@ def read(tree: Any, schema: type[T], where: str) -> T:
         raise InputError(where, "data nested too deeply", "plain data") from None
 
 
+def read_like(made: T, before: tuple[T, T], where: str) -> T:
+    """Reads an object of which most is as in another one, for less: only what differs is checked.
+
+    Args:
+        made: a frozen object whose fields cannot be changed either.
+        before: another one, and what `read` gave for it.
+
+    Raises:
+        InputError: as `read`.
+
+    """
+    given, checked = before
+    hints, new = _hints(typing.cast(Any, type(made))), {}
+    for name, hint in hints.items():
+        value = getattr(made, name)
+        if value is not getattr(given, name):
+            try:
+                new[name] = _adapter(hint).validate_python(value)
+            except ValidationError as error:
+                raise _translated(error, type(made), where, (name,)) from None
+    return dataclasses.replace(typing.cast(Any, checked), **new) if new else checked
+
+
 def check_fields(made: Any, paths: Iterable[tuple[str, ...]], where: str) -> None:
     """Checks some numbers or groups below a schema's object as `read` does; raises InputError.
 
@@ -257,8 +285,8 @@ def check_fields(made: Any, paths: Iterable[tuple[str, ...]], where: str) -> Non
             the way has a rule of its own, it is checked as a whole.
 
     """
-    whole = {_checkable(type(made), path) for path in paths}
-    for path in sorted(whole, key=functools.partial(_order, type(made))):
+    whole = {_checkable(typing.cast(Any, type(made)), path) for path in paths}
+    for path in sorted(whole, key=functools.partial(_order, typing.cast(Any, type(made)))):
         schema: Any = type(made)
         value = made
         for name in path:

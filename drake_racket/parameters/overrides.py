@@ -39,7 +39,7 @@ _MEMBERS: dict[str, Callable[[int], str]] = {
     "rim_factors": lambda i: f"p{i + 1}",
     "coefficients": lambda i: f"mu{i + 1}",
 }
-_CHECKS: dict[type, Callable[[Any, str, Iterable[str] | None], None]] = {
+_CHECKS: dict[type, Callable[[Any, str, Iterable[tuple[str, ...]] | None], None]] = {
     RacketParameters: check_racket,
     BallParameters: check_ball,
     GripStiffness: check_grip,

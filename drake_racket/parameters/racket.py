@@ -246,7 +246,9 @@ def read_racket(path: str | Path) -> RacketParameters:
 
 
 def check_racket(
-    racket: RacketParameters, where: str = "racket", changed: Iterable[tuple[str, ...]] | None = None
+    racket: RacketParameters,
+    where: str = "racket",
+    changed: Iterable[tuple[str, ...]] | None = None,
 ) -> None:
     """Checks units, signs, counts, assignments and geometry; raises InputError.
 

@@ -66,10 +66,10 @@ def stiff_contact(records: Any) -> int:
 @compilable
 def touching(records: Any) -> bool:
     """Tells whether any contact is closed."""
+    closed = False
     for i in range(len(records)):
-        if records[i, PHASE] == CONTACT:
-            return True
-    return False
+        closed = closed or records[i, PHASE] == CONTACT
+    return closed
 
 
 @compilable
@@ -246,8 +246,8 @@ def integrate(
     Args:
         y: [q; v; elements; totals] at the start.  records: (contacts, 17) of `laws.phases` at the
             start; (contacts, 32) of `laws.surface` with a contact of that law.
-        end: s.  accuracy: of a step in contact, in units of 1 / scale.  longest: step (s); the length of all
-            steps where they are not controlled.
+        end: s.  accuracy: of a step in contact, in units of 1 / scale.
+        longest: step (s); the length of all steps where they are not controlled.
         scale: (len(y),) weights of errors.
         samples: (n, 1 + len(y)) time and state are written here, at the start and after each step;
             of no rows: nothing is kept.

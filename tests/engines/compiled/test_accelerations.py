@@ -113,7 +113,9 @@ def test_axes_taken_together_move_as_one_by_one():
     runs = start.tables[layout.NODE_NUMBERS][:, layout.RUN]
     assert runs.tolist() == [1.0] * 3 + [3.0, 0.0, 0.0] * 5
     tables = layout.one_by_one(start.tables)
-    assert np.all(tables[layout.NODE_NUMBERS] == layout.open_model(ints, apart)[layout.NODE_NUMBERS])
+    assert np.all(
+        tables[layout.NODE_NUMBERS] == layout.open_model(ints, apart)[layout.NODE_NUMBERS]
+    )
     assert runs.tolist() == start.tables[layout.NODE_NUMBERS][:, layout.RUN].tolist()
     state = start.y + np.random.default_rng(3).normal(size=len(start.y)) * 0.02
     one, other = (rates_at(compiled.model, floats, state) for floats in (start.floats, apart))
