@@ -68,6 +68,12 @@ def test_tangents(racket):
             says(PAGE, f"| {racket} | {count} | {run} | {tangents} | {share} | {whole} |")
 
 
+@committed("tangents")
+def test_the_first_compile_of_tangents():
+    (seconds,) = found("tangents", r"its tangents (\d+) s of CPU")
+    says(PAGE, f"takes about {round(seconds, -1):.0f} s of CPU more than that of a run")
+
+
 SETTINGS = {
     "RK3, accuracy 1e-2": ("runge_kutta3", "accuracy 0.01"),
     "RK3, accuracy 1e-3": ("runge_kutta3", "accuracy 0.001"),
