@@ -210,3 +210,22 @@ def test_what_six_segments_cost():
     says(page, f"| one evaluation (µs) | {' | '.join(f'{e:.1f}' for e in each)} | |")
     a, b = cells("segments_cost", "simulate without a history")[1:3]
     says("frame_and_hand", f"compiled engine | {a} (A), {b} (B); Drake's 1.4 |")
+
+
+DESIGNS = rows("best_racket")
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design["bound"])
+def test_best_racket(design):
+    name = {"as it starts": "as the search starts", "softest": "the softest"}.get(
+        design["bound"], design["bound"]
+    )
+    speed, force = float(design["ball speed"]), float(design["peak force on hand"])
+    line = f"| {name} | {speed:.2f} | {short(float(design['restitution']))} | {force:.1f} |"
+    if design["bound"] != "as it starts":
+        side, throat, tension, stiffness = (
+            float(design[key])
+            for key in ("rim 3 + 9 h", "throat 30 cm", "tension", "frame stiffness")
+        )
+        line += f" {side:.1f} / {throat:.0f} | {tension:.0f} / {stiffness:.0f} |"
+    says("best_racket_and_stroke", line)
