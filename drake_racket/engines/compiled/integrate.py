@@ -194,9 +194,8 @@ def _error(part: float, stiff: int, records: Any, scale: Any, s: Any, nq: int) -
 def longer(used: float, before: float, order: float, refused: bool) -> float:
     """How much longer than a step the next one may be: 0.2 to 5 times.
 
-    By this step's error and the last one's (K. Gustafsson's control, as in DOPRI5 of Hairer, Norsett
-    & Wanner, Solving Ordinary Differential Equations I, section II.4): steps at the border of
-    stability are then refused less often.
+    By this step's error and the last one's (as DOPRI5 of Hairer, Norsett & Wanner, Solving Ordinary
+    Differential Equations I, section II.4): fewer steps at the border of stability are refused.
 
     Args:
         used: error of the step, of what is allowed.  before: of the last one, 1e-4 at least.
