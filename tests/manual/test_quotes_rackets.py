@@ -156,6 +156,12 @@ def clamp_effect(family: str) -> list[float]:
             ".0f",
         ),
         ("the same, 250 to 1000 Hz, A", segments("hand", "A", "handle 250-1000 Hz"), ".0f"),
+        (
+            "CPU time of 50 ms in the hand (ms, compiled engine), A",
+            segments("hand", "A", "cost"),
+            ".0f",
+        ),
+        ("the same, B", segments("hand", "B", "cost"), ".0f"),
     ],
 )
 def test_how_many_segments(name, values, form):
