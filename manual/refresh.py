@@ -35,7 +35,6 @@ COMMANDS = {
     "my_swing": "-m studies.which_racket_for_my_swing --out OUT",
     "segments_cost": "benchmarks/segments_cost.py",
     "slow_balls": "studies/slow_balls.py --out OUT",
-    "sobol": "-m studies.what_decides_ball_speed --out OUT --samples 8192",
     "spin_and_angle": "-m studies.spin_and_angle --out OUT",
     "spin_by_string": "studies/spin_by_string.py",
     "strings_or_frame": "-m studies.strings_or_frame_and_the_arm --out OUT",
@@ -44,6 +43,7 @@ COMMANDS = {
     "tangents": "benchmarks/tangents.py",
     "ten_grams": "-m studies.where_to_put_ten_grams --out OUT",
     "tension_and_power": "-m studies.tension_and_power --out OUT",
+    "what_decides": "-m studies.what_decides_ball_speed --out OUT --samples 8192",
     "work_precision": "benchmarks/work_precision.py",
 }
 
@@ -63,8 +63,10 @@ def refresh(name: str) -> None:
             kept = table.name if table.stem == name else f"{name}.{table.name}"
             shutil.copyfile(table, RESULTS / kept)
         for picture in sorted(out.glob("*.png")):
-            if (FIGURES / picture.name).is_file():
-                shutil.copyfile(picture, FIGURES / picture.name)
+            for figure in (FIGURES / picture.name, FIGURES / f"{name}.png"):
+                if figure.is_file():
+                    shutil.copyfile(picture, figure)
+                    break
 
 
 def main() -> None:
