@@ -176,10 +176,10 @@ def test_what_contact_surface_costs():
     counts, times = ([float(line[i]) for line in lines] for i in (2, 5))
     says(
         "spin",
-        f"it takes {short(min(counts))} to {max(counts):.3f} of the evaluations and"
-        f" {short(min(times), 2)} to {max(times):.2f} of the CPU time",
-        f"evaluations {short(min(counts))} to {max(counts):.3f}, CPU time {short(min(times), 2)} to"
-        f" {max(times):.2f}, in the mean of twelve {short(sum(counts) / 12)} and"
+        f"it takes {short(min(counts))} to {short(max(counts))} of the evaluations and"
+        f" {short(min(times), 2)} to {short(max(times), 2)} of the CPU time",
+        f"evaluations {short(min(counts))} to {short(max(counts))}, CPU time {short(min(times), 2)} to"
+        f" {short(max(times), 2)}, in the mean of twelve {short(sum(counts) / 12)} and"
         f" {short(sum(times) / 12)} |",
     )
 
