@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
 
 from drake_racket import InputError, Scenario, finer_bed, load_racket, make_impact_diagram, resolve
 from drake_racket.engines.compiled.engine import CompiledImpact
+from drake_racket.parameters.finer_bed import _spring
 from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
 from drake_racket.results.impact import make_result
@@ -48,6 +50,19 @@ def test_more_lines_share_mass_tension_and_springs():
     assert own["tip-3"] != own["throat-23"]
 
 
+def test_every_place_on_a_line_is_on_the_spring_that_passes_there():
+    """Whichever spring of the given bed has its middle nearest: 3 lines, along x and along y."""
+    bed = TOUR.bed_topology()
+    ends = bed.places[bed.first]
+    other = np.where((bed.second < 0)[:, None], ends + bed.directions, bed.places[bed.second])
+    middles = 0.5 * (ends + other)
+    for along, line, place in itertools.product((0, 1), range(3), (-1.5, -0.4, 0.4, 1.5)):
+        at = np.empty(2)
+        at[along], at[1 - along] = place, 1.0 - line
+        nearest = bed.names[int(np.argmin(np.sum((middles - at) ** 2, axis=1)))]
+        assert _spring(line, along, place, abs(place) > 1.0) == nearest
+
+
 def test_a_calibrated_bed_gives_way_as_the_given_one():
     bed = calibrated_bed(TOUR, 5)
     assert 1.1 < bed.tension < 1.5
@@ -66,6 +81,14 @@ def test_what_the_places_between_the_points_lose_grows_less():
     dip = 0.5 * (middle + point) - between
     assert abs(float(dip[1])) < 0.4 * float(dip[0])
     assert found["tension"].to_numpy()[0] == 1.0
+    assert found["place"].to_numpy() == pytest.approx([0.0, 0.03425, 0.0685])
+    pressed = found["deflection"].sel(lines=3)
+    for axis, direction in (("x", (1.0, 0.0)), ("y", (0.0, 1.0))):
+        expected = [
+            place_deflection(TOUR, *np.multiply(direction, a), 800.0)
+            for a in (0.0, 0.03425, 0.0685)
+        ]
+        assert pressed.sel(axis=axis).to_numpy() == pytest.approx(expected)
 
 
 def test_a_finer_bed_runs_in_the_engines():
