@@ -114,6 +114,22 @@ def test_derivatives_are_those_of_the_acceleration(kf, ratio, delay) -> None:
         assert np.abs(by[:, i] - found).max() < 1e-7 * np.abs(found).max() + rounding
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-15, -1e-13])
+def test_a_higher_mode_at_its_critical_damping_is_between_its_neighbours(off) -> None:
+    cf = 0.5
+    kf = 0.25 * cf**2 / 1e-4  # critical for the higher mode alone
+
+    def bending(share):
+        frame = HammeredFrame(0.0014, 0.0, 7.0, 0.15, 0.3, ((1e-4, 25.0),))
+        return frame.bending(HIT, STEP, stiffness=kf * (1.0 + share), damping=cf)
+
+    (value, by), (low, low_by), (high, high_by) = bending(off), bending(-1e-4), bending(1e-4)
+    assert np.abs(value - 0.5 * (low + high)).max() < 1e-6 * np.abs(value).max()
+    for i in range(2):
+        middle = 0.5 * (low_by + high_by)[:, i]
+        assert np.abs(by[:, i] - middle).max() < 1e-3 * np.abs(middle).max()
+
+
 def test_a_delay_of_three_samples_moves_the_ringing_by_three_samples(frames) -> None:
     kf, cf = truth("in_plane")
     frame, joint = frames["in_plane"], {"stiffness": kf, "damping": cf}
@@ -365,8 +381,8 @@ def doubts(frames, passes=((1.0, 1.0),), through=True, **changes):
         ({"delay": -0.999 * STEP}, {"delay": -1.001 * STEP}, "us after the force says"),
         ({"delay": 1.0, "errors": (0.0, 0.334)}, {"delay": 1.0, "errors": (0.0, 0.333)}, " us "),
         ({"offset": -0.01999}, {"offset": -0.02001}, "take the offset away"),
-        ({"passes": [(1.0, 1.0), (1.00099, 1.0)]}, {"passes": [(1.0, 1.0), (1.00101, 1.0)]}, "kf"),
-        ({"passes": [(1.0, 1.0), (1.0, 0.9901)]}, {"passes": [(1.0, 1.0), (1.0, 0.9899)]}, "cf"),
+        ({"passes": [(9.0, 0.5), (9.0089, 0.5)]}, {"passes": [(9.0, 0.5), (9.0091, 0.5)]}, "kf"),
+        ({"passes": [(9.0, 0.5), (9.0, 0.4951)]}, {"passes": [(9.0, 0.5), (9.0, 0.4949)]}, "cf"),
         ({"passes": [(2.0, 1.0)]}, {"passes": [(1.0, 1.0), (2.0, 1.0)]}, "kf by 1e+02 %"),
         ({"passes": [(1.0, 1.0), (2.0, 1.0)], "through": False},
          {"passes": [(1.0, 1.0), (2.0, 1.0)]}, "take more passes"),
@@ -500,6 +516,56 @@ def test_bad_files_are_refused(tmp_path, case) -> None:
     path.write_text("\n".join([header, *(f"{row},0" for row in ROWS)]) + "\n")
     with pytest.raises(InputError, match=words):
         read_hammer_record(path)
+
+
+@pytest.mark.parametrize("samples", [5, 6, 20, 41])
+def test_a_pulse_is_widened_by_half_its_length_on_either_side(samples) -> None:
+    """Up to where it is 5 % of its peak; the force is zero from there on."""
+    force = 5.0 * np.ones(len(TIME)) * (np.arange(len(TIME)) % 2)  # of 500 N: below 5 %
+    force[60 : 60 + samples] = 500.0
+    found = record(force, force + 1.0, duration=0.03)
+    foot = -(-samples // 2)
+    assert found.start == pytest.approx(TIME[60 - foot])
+    assert found.after == samples + 2 * foot
+    assert found.pulse == pytest.approx((samples - 1) * STEP)
+    np.testing.assert_array_equal(found.force[: found.after], force[60 - foot :][: found.after])
+    assert not found.force[found.after :].any()
+    assert len(found.force) == 601
+    ringing = found.ringing()
+    np.testing.assert_array_equal(ringing.value, found.acceleration[found.after :])
+    assert ringing.time[0] == pytest.approx((samples + 2 * foot) * STEP)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"samples": 4}, "4 samples in the pulse"),
+        ({"samples": 5}, ""),
+        ({"peak": 5000.0}, ""),
+        ({"peak": 5001.0}, "5000"),
+        ({"end": 60 + 20 + 10 + 40}, ""),
+        ({"end": 60 + 20 + 10 + 39}, "39 samples after"),
+        ({"jitter": 0.0499}, ""),
+        ({"jitter": 0.0502}, "off an even step"),
+        ({"duration": 0.0049}, "duration"),
+        ({"duration": 0.005}, ""),
+        ({"duration": 1.0}, ""),
+        ({"duration": 1.001}, "duration"),
+        ({"long": 0.0499}, ""),
+        ({"long": 0.0501}, "a pulse of"),
+    ],
+)
+def test_records_are_taken_up_to_their_borders(change, words) -> None:
+    samples, end = change.get("samples", 20), change.get("end", len(TIME))
+    time = TIME[0] + np.arange(len(TIME)) * STEP
+    force = np.zeros(len(TIME))
+    force[60 : 60 + samples] = change.get("peak", 500.0)
+    if "long" in change:
+        time = TIME[0] + np.arange(len(TIME)) * change["long"] / (samples - 1)
+    time[500] += change.get("jitter", 0.0) * STEP
+    duration = change.get("duration", 0.03 if "long" not in change else 1.0)
+    with pytest.raises(InputError, match=words) if words else nullcontext():
+        record(force[:end], force[:end] + 1.0, time[:end], duration=duration)
 
 
 def test_a_file_is_read_and_cut(frames, tmp_path) -> None:
