@@ -11,11 +11,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from drake_racket import OUTPUTS, InputError, Scenario, simulate
+from drake_racket import OUTPUTS, InputError, Scenario, load_scenario, simulate
 from drake_racket.cases.keys import find_key, number_of, with_settings
 from drake_racket.identify import Parameter, Search, fit_impacts, read_measured_impacts
 from drake_racket.identify.impacts import problem as problem_module
 from drake_racket.identify.impacts.problem import ImpactsProblem
+from drake_racket.identify.report import directory
+from drake_racket.identify.report.impacts import scenario_text, write_impacts
+from drake_racket.identify.report.parameter_file import Provenance
 from drake_racket.io.errors import SimulationError
 
 BASE = Scenario(support="grip", after=0.006, approach_time=2e-4, engine="compiled")
@@ -229,6 +232,42 @@ def test_without_standard_deviations_residuals_are_in_the_outputs_unit(tmp_path,
     assert (problem.residual_unit, problem.sigma) == ("m/s", None)
     modelled = problem.modelled(np.array([10.0]))[:, 0]
     np.testing.assert_allclose(modelled, [20.0 * 0.389, np.nan, 25.0 * 0.389])
+
+
+def test_what_is_written_is_the_fit(rows, runs, tmp_path, monkeypatch):
+    monkeypatch.setitem(
+        directory._WRITERS, ".png", lambda figure, path: drawn.update({path.name: figure})
+    )
+    drawn = {}
+    fit = fit_impacts(rows, BASE, [DAMPING, MASS])
+    paths = write_impacts(fit, tmp_path / "out", "2011-06-30")
+    assert [path.name for path in paths] == [
+        *("scenario.yaml", "result.json", "result.nc", "impacts.csv", "impacts.png"),
+        *("residuals.png", "estimates.png", "correlation.png", "convergence.png", "report.md"),
+    ]
+    assert load_scenario(paths[0]) == fit.scenario
+    text = paths[0].read_text()
+    assert text.startswith("# fitted to impacts.csv (sha256 ")
+    assert f"# {DAMPING}: 95 % interval" in text
+    lines = list(csv.DictReader(paths[3].open()))
+    assert [line["output"] for line in lines] == [
+        *("rebound_speed", "contact_time", "rebound_speed"),
+        *("rebound_speed", "contact_time", "rebound_speed"),
+    ]
+    assert [line["row"] for line in lines] == ["2", "2", "3", "4", "4", "5"]
+    assert [float(line["measured"]) for line in lines] == [7.0, 0.0042, 7.2, 8.8, 0.0041, 10.6]
+    modelled = fit.modelled[np.isfinite(rows.values)]
+    assert [float(line["modelled"]) for line in lines] == pytest.approx(modelled)
+    report = paths[-1].read_text()
+    assert "over 6 measured values of 4 impacts" in report
+    assert "| rebound_speed | m/s | 4 |" in report
+    assert set(drawn) == {path.name for path in paths if path.suffix == ".png"}
+    one = fit_impacts(rows, BASE, [DAMPING])
+    names = [path.name for path in write_impacts(one, tmp_path / "one", "2011-06-30")]
+    assert "correlation.png" not in names  # of one number with itself
+    same = dataclasses.replace(fit, scenario=Scenario())
+    provenance = Provenance("t.csv", "ab", "2011-06-30", "least squares", "1 m/s")
+    assert scenario_text(same, provenance).splitlines()[-1] == "{}"
 
 
 # refusals
