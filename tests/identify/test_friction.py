@@ -14,7 +14,13 @@ from drake_racket.identify.core.problem import Parameter
 from drake_racket.identify.core.search import Search
 from drake_racket.identify.report.outputs import write_friction
 from drake_racket.identify.strings.angle_table import AngleTable, read_angles
-from drake_racket.identify.strings.friction import FrictionFit, FrictionProblem, fit_friction
+from drake_racket.identify.strings.friction import (
+    LITTLE,
+    FrictionFit,
+    FrictionProblem,
+    _warnings,
+    fit_friction,
+)
 from drake_racket.io.errors import InputError
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.racket import load_racket
@@ -73,6 +79,31 @@ def test_friction_of_a_sliding_ball_in_closed_form(sliding: FrictionFit) -> None
         slope = 100.0 * sliding.sensitivity[name]  # deg per 1
         half = 0.5 * (e.interval[1] - e.interval[0])
         assert half == pytest.approx(1.96 * 0.1 / slope, rel=0.02)
+
+
+def test_a_coefficient_at_its_bound_is_bounded_on_one_side() -> None:
+    start = {"mu1": 0.36, "mu2": 0.4, "mu3": 0.41}
+    options = {"options": ONE, "bounds": (0.35, 1.5), "start": start}
+    fitted = fit_friction(sliding_table(60.0, 0.1), load_racket(), load_ball(), **options)
+    found = fitted.estimates["mu1"]
+    assert (found.value, found.interval[0]) == (0.35, -math.inf)
+    assert 0.35 < found.interval[1] < 0.351
+    assert fitted.estimates["mu2"].value == pytest.approx(TRUE["mu2"], rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("slope", "told"),
+    [(0.0101 / LITTLE * 0.1, ""), (0.0099 / LITTLE * 0.1, "moves it by"), (0.0, "its whole range")],
+)
+def test_a_coefficient_that_angles_hardly_tell_is_named(sliding, slope, told) -> None:
+    all_slide = np.ones(3, dtype=bool)
+    texts = _warnings(sliding.problem, all_slide, {"mu1": slope})
+    assert len(texts) == bool(told)
+    if told:
+        assert told in texts[0]
+        assert texts[0].startswith("mu1: an error of 0.1 deg")
+    some = np.array([True, False, False])
+    assert "in 2 of 3 impacts the ball stops sliding" in _warnings(sliding.problem, some, {})[0]
 
 
 def test_intervals_of_unknown_noise_are_students() -> None:
