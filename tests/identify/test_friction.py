@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -183,6 +184,25 @@ REFUSED = {
     "column": (["point,approach_speed [m/s],incidence [deg]", "5,31,60"], "rebound_angle"),
     "stroke": (["point,stroke,angle_reading,rebound_angle [deg]", "5,lob,from_plane,70"], "lob"),
 }
+
+
+@pytest.mark.parametrize(
+    ("row", "good", "bad"),
+    [
+        ("5,31,{},90,60,1", ("0.1", "89"), ("0.099", "89.1")),
+        ("5,31,60,{},60,1", ("-360", "360"), ("-361", "361")),
+        ("5,31,60,90,{},1", ("-90", "90"), ("-90.1", "90.1")),
+        ("5,31,60,90,60,{}", ("0.001", "45"), ("0", "45.1")),
+    ],
+)
+def test_angles_are_taken_up_to_their_borders(tmp_path, row, good, bad) -> None:
+    path = tmp_path / "t.csv"
+    for text in (*good, *bad):
+        path.write_text(f"{HEADER},standard_deviation [deg]\n{row.format(text)}\n")
+        with pytest.raises(InputError, match="row 2") if text in bad else nullcontext():
+            assert len(read_angles(path).points) == 1
+    path.write_text(f"{HEADER.replace(',azimuth [deg]', '')}\n5,31,60,50\n")
+    assert read_angles(path).azimuth.tolist() == [90.0]
 
 
 @pytest.mark.parametrize("name", REFUSED)

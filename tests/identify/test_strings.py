@@ -21,6 +21,7 @@ from drake_racket.identify.strings.string_bed import (
     fit_tension,
     free_parameters,
 )
+from drake_racket.identify.strings.table_rows import beyond
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_table
 from drake_racket.parameters.ball import load_ball
@@ -168,6 +169,34 @@ def test_bad_tables_are_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message) as caught:
         read_restitution(write(tmp_path / "t.csv", *lines))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "good", "bad"),
+    [
+        (HEADER, "5,{},0.8", ("1", "100"), ("0.99", "100.1")),
+        (HEADER, "{},20,0.8", ("1", "9"), ("0", "10")),
+        (HEADER, "5,20,{}", ("0.001", "1"), ("0", "1.001")),
+        (HEADER + ",standard_deviation", "5,20,0.8,{}", ("0.001", "0.5"), ("0", "0.501")),
+        (HEADER + ",rebound_speed [m/s]", "5,20,{},16", ("0.8",), ("0.9",)),
+    ],
+)
+def test_numbers_of_a_table_are_taken_up_to_their_borders(tmp_path, header, row, good, bad) -> None:
+    for text in good:
+        assert len(read_restitution(write(tmp_path / "t.csv", header, row.format(text))).points)
+    for text in bad:
+        with pytest.raises(InputError, match="row 2"):
+            read_restitution(write(tmp_path / "t.csv", header, row.format(text)))
+
+
+def test_normal_speeds_beyond_the_balls_are_told() -> None:
+    """From 1.5 m/s on below 18 and above 33 m/s."""
+    ball = load_ball()
+    assert beyond(np.array([16.51, 25.0, 34.49]), ball) == []
+    (low,) = beyond(np.array([16.49, 25.0, 16.0]), ball)
+    assert low.startswith("2 of 3 rows at normal speeds of 16 to 16.5 m/s, outside the ball's 18")
+    (high,) = beyond(np.array([25.0, 34.51]), ball)
+    assert high.startswith("1 of 2 rows at normal speeds of 34.5 to 34.5 m/s")
 
 
 def test_missing_file_is_refused(tmp_path: Path) -> None:
