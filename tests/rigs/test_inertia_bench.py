@@ -511,6 +511,10 @@ def test_specimens_are_as_long_as_printed():
 
 def test_the_history_marks_its_crossings():
     history = swing_history("recreational", "head", "frontal", oscillations=1)
+    assert float(history["angle"][0]) == pytest.approx(np.radians(10.0))
+    assert history.attrs["title"] == "Pendulum: recreational racket, head, frontal axis at 0 m"
+    butt = swing_history("tour", "handle", "transverse", oscillations=1).attrs["title"]
+    assert butt.endswith("at 0 m")
     angle = np.interp(history["crossing"], history["time"], history["angle"])
     assert np.abs(angle).max() < 1e-6
     timed = history["crossing"].to_numpy()[history.attrs["first_timed_crossing"] - 1 :]
