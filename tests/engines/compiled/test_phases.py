@@ -183,6 +183,21 @@ def test_an_event_changes_the_phase_whatever_the_last_digit_says(
     assert (records[0, RELEASE] == 0.25) == (phase == CONTACT)
 
 
+@pytest.mark.parametrize("point", range(1, 10))
+def test_within_the_rim_is_told_about_the_point_that_is_hit(paper, point):
+    """A ball at 0.999 and at 1.001 of the rim's ellipse, seen from any point."""
+    _, start = paper
+    racket = resolve(SHORT).racket
+    bed = racket.string_bed
+    rim = np.array([bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value])
+    places = bed.spacing.value * racket.bed_topology().places
+    for angle in np.linspace(0.1, 6.2, 7):
+        on = rim * [np.cos(angle), np.sin(angle)]
+        for share in (0.999, 1.001):
+            p = np.array([*(share * on - places[point - 1]), 0.0])
+            assert events._within_rim(start.tables, 0, point, p) == (share < 1.0)
+
+
 @pytest.mark.parametrize(
     ("before", "after", "slope", "slope_after", "dips"),
     [
