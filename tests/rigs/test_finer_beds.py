@@ -14,7 +14,7 @@ from drake_racket.parameters.finer_bed import _spring
 from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import spring_constants
 from drake_racket.results.impact import make_result
-from drake_racket.rigs import calibrated_bed, convergence, place_deflection
+from drake_racket.rigs import calibrated_bed, convergence, finer_beds, place_deflection
 
 TOUR = load_racket("tour")
 PLACES = TOUR.string_bed.spacing.value * TOUR.bed_topology().places
@@ -89,6 +89,27 @@ def test_what_the_places_between_the_points_lose_grows_less():
             for a in (0.0, 0.03425, 0.0685)
         ]
         assert pressed.sel(axis=axis).to_numpy() == pytest.approx(expected)
+
+
+def test_balls_are_shot_along_the_normal_at_both_axes(monkeypatch):
+    shot = []
+
+    def spy(racket, ball, places, velocities):
+        shot.append((places, velocities))
+        return made(racket, ball, places, velocities)
+
+    made = finer_beds.spinning_impacts
+    monkeypatch.setattr(finer_beds, "spinning_impacts", spy)
+    found = convergence(TOUR, lines=(3,), step=0.06, reach=0.06, speed=21.0)
+    for (places, velocities), along in zip(shot, np.eye(2), strict=True):
+        np.testing.assert_allclose(places, np.outer([0.0, 0.06], along))
+        assert velocities.tolist() == [[0.0, 0.0, -21.0]] * 2
+    assert found["place"].to_numpy() == pytest.approx([0.0, 0.06])
+    assert found.attrs["title"].endswith("head clamped, 21 m/s, contact surface")
+    centre = found["restitution"][0, :, 0].to_numpy()
+    assert centre[0] == pytest.approx(centre[1], rel=1e-9)
+    times = found["contact_time"].to_numpy()
+    assert np.all((times > 3e-3) & (times < 6e-3))
 
 
 def test_a_finer_bed_runs_in_the_engines():
