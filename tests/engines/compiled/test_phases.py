@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from drake_racket import IntegratorSettings, Scenario, make_impact_diagram, resolve
+from drake_racket import IntegratorSettings, Scenario, make_impact_diagram, resolve, run_drake
+from drake_racket.engines.compiled import engine as engine_module
 from drake_racket.engines.compiled import integrate as run
-from drake_racket.engines.compiled.dynamics import events, surface
-from drake_racket.engines.compiled.engine import CompiledImpact, blank_records
+from drake_racket.engines.compiled.dynamics import events, observe, surface
+from drake_racket.engines.compiled.engine import CompiledImpact, Samples, blank_records
 from drake_racket.laws.contact import CONTACT, FREE, PASSED
 from drake_racket.laws.phases import CB, CONSTANTS, GIVEN_UP, KB, PHASE, POINT, RELEASE, SIZE, TOUCH
 from drake_racket.laws.surface import GRIPS, KT, NEARLY, SINCE, SLID, SURFACE_SIZE
@@ -353,3 +354,48 @@ def test_what_is_watched_of_contact_surface(spinning, monkeypatch):
         )
         found = watched(start.tables, 0, start.y, record, None, None)
         assert found == pytest.approx(expected, rel=1e-9)
+
+
+# what is seen of a state
+
+SEEN = {
+    "hand": {"support": "grip"},
+    "weld": {"support": "grip", "grip_kind": "weld"},
+    "limb": {"support": "limb", "grip_kind": "torsional"},
+    "limb, weld": {"support": "limb", "grip_kind": "weld"},
+}
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_what_is_seen_of_the_first_state_is_drakes(name, monkeypatch):
+    """Places, velocities, the sensor's acceleration, loads on the hand and in the joints."""
+    case = resolve(
+        Scenario(after=1e-4, approach_time=1e-5, gravity=(1.0, 2.0, -9.81), **SEEN[name])
+    )
+    system = make_impact_diagram(case)
+    engine = CompiledImpact(system)
+    monkeypatch.setattr(engine_module, "see_motion", observe.observe_motion)
+    monkeypatch.setattr(engine_module, "see_contact", observe.observe_contact)
+    start = engine.start(case)
+    records = blank_records(engine.model.ints)[None]
+    first = np.concatenate([[0.0], start.y])[None]
+    ours = engine.trajectory(start, Samples(first, records, 0, 0))
+    theirs = run_drake(case, system)
+    np.testing.assert_allclose(ours.contact[0], theirs.contact[0], rtol=1e-9, atol=1e-12)
+    seen = 0
+    for field in dataclasses.fields(ours.motion):
+        own, other = getattr(ours.motion, field.name), getattr(theirs.motion, field.name)
+        assert (own is None) == (other is None), field.name
+        if own is None or field.name == "samples":
+            continue
+        own, other = own[0], other[0]
+        if (
+            field.name == "poses"
+        ):  # the world, and what it holds without mass, are not placed in Drake's
+            placed = np.any(other != np.eye(3, 4), axis=(1, 2))
+            assert placed.sum() > len(other) - 4
+            own, other = own[placed], other[placed]
+        size = np.max(np.abs(other))
+        np.testing.assert_allclose(own, other, rtol=0, atol=1e-9 * size + 1e-10, err_msg=field.name)
+        seen += bool(size > 0.0)
+    assert seen >= 3
