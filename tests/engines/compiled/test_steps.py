@@ -65,6 +65,8 @@ def touching(request):
     state = system.plant.GetPositionsAndVelocities(context)
     nq = system.plant.num_positions()
     state[nq:] += rng.normal(size=len(state) - nq)
+    ball = system.impact.ball.body.floating_positions_start() + 4
+    state[ball : ball + 3] += 0.004, -0.003, -0.001  # beside its mass, which the force is lent to
     record = record_at(rng, 9, 0.0, reaction_at_ball)
     record[1] = 3.0
     tables = layout.open_model(model.ints, model.floats)
