@@ -28,7 +28,7 @@ from drake_racket.identify.ball.fit import (
     read_ball_impacts,
 )
 from drake_racket.identify.ball.impacts import find_contact, resting_offset
-from drake_racket.identify.ball.plate_problem import PlateProblem
+from drake_racket.identify.ball.plate_problem import PlateProblem, _first_guess
 from drake_racket.identify.ball.plate_sensitivity import plate_force
 from drake_racket.identify.ball.speed_line import speed_line
 from drake_racket.identify.report.ball_figures import ball_fit_figure
@@ -520,6 +520,28 @@ def test_a_restitution_that_the_speeds_error_allows_is_let_pass(
         _check_restitution(impact, contact, sigma)
 
 
+@pytest.mark.parametrize("restitution", [0.2, 0.6, 0.98])
+def test_a_first_guess_is_the_law_of_the_pulses_length_and_restitution(restitution) -> None:
+    ratio = -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
+    guess = _first_guess(contact_of(7e-3, restitution), 0.057)
+    form = closed_form(mass=0.057, stiffness=guess[0], damping=guess[1], speed=20.0)
+    # the force is tension from where it is zero to the end of the half period
+    angle = math.sqrt(guess[0] / 0.057) * math.sqrt(1.0 - ratio**2) * 7e-3
+    assert angle == pytest.approx(2.0 * math.acos(ratio), rel=1e-12)
+    assert guess[1] == pytest.approx(2.0 * ratio * math.sqrt(guess[0] * 0.057), rel=1e-12)
+    assert form.contact_time == pytest.approx(7e-3, rel=1e-9)
+    for wild, tame in ((0.0, 0.2), (1.5, 0.98)):
+        tamed = _first_guess(contact_of(7e-3, tame), 0.057)
+        assert _first_guess(contact_of(7e-3, wild), 0.057) == tamed
+    for end in ("begun", "cut_off"):
+        cut = _first_guess(contact_of(7e-3, restitution, **{end: True}), 0.057)
+        assert cut == pytest.approx(_first_guess(contact_of(10.5e-3, 0.8), 0.057), rel=1e-12)
+
+
+def contact_of(length, restitution, begun=False, cut_off=False):
+    return SimpleNamespace(length=length, restitution=restitution, begun=begun, cut_off=cut_off)
+
+
 @pytest.mark.parametrize(
     ("within", "beyond", "told"),
     [
@@ -574,7 +596,7 @@ def test_what_a_record_leaves_in_doubt_is_told_from_its_border_on(within, beyond
 
 @pytest.mark.parametrize(
     ("correlation", "size", "told"),
-    [(0.299, 1.0, False), (0.301, 1.0, True), (0.9, 0.0999, False), (0.9, 0.101, True)],
+    [(0.299, 1.0, False), (0.301, 1.0, True), (0.9, 0.0999, False), (0.9, 0.1002, True)],
 )
 def test_neighbours_that_are_alike_are_told(correlation, size, told) -> None:
     """From three tenths on, where they are more than 1e-4 of the largest peak."""

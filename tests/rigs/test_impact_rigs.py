@@ -150,7 +150,7 @@ def test_axis_offsets_are_symmetric_and_within_the_rim(step):
     assert 0.13 <= offsets[-1] < rim
 
 
-@pytest.mark.parametrize("step", [0.0, -0.01, 1.0, float("nan")])
+@pytest.mark.parametrize("step", [0.0, -0.01, 0.999e-3, 0.1401, 1.0, float("nan")])
 def test_bad_axis_steps_are_refused(step):
     with pytest.raises(InputError, match="step"):
         axis_offsets(step)
