@@ -13,6 +13,7 @@ import pytest
 from drake_racket.engines.clamped.batch import make_bed, make_impacts, run
 from drake_racket.identify.core.problem import Parameter
 from drake_racket.identify.core.search import Search
+from drake_racket.identify.report import directory
 from drake_racket.identify.report.outputs import write_friction
 from drake_racket.identify.strings.angle_table import AngleTable, read_angles
 from drake_racket.identify.strings.friction import (
@@ -170,6 +171,25 @@ def test_files_of_a_fit(sticking: FrictionFit, tmp_path: Path) -> None:
     assert mu.status == "fitted"
     assert "mu3: not determined by these data (95 % interval" in mu.source
     assert racket.string_bed == load_racket().string_bed
+
+
+def test_a_report_is_in_degrees_throughout(sticking: FrictionFit, tmp_path: Path, monkeypatch):
+    drawn = {}
+    keep = lambda figure, path: drawn.update({path.stem: figure})  # noqa: E731
+    monkeypatch.setitem(directory._WRITERS, ".png", keep)
+    write_friction(sticking, tmp_path, "2011-06-30")
+    assert {"rebound_angles", "residuals", "correlation"} <= set(drawn)
+    (axes,) = drawn["residuals"].axes
+    points = [line for line in axes.lines if line.get_label().startswith("point")]
+    shown = [float(line.get_ydata()[0]) for line in points]
+    assert shown == pytest.approx(list(sticking.result.residuals), rel=1e-12)
+    assert {float(line.get_xdata()[0]) for line in points} == {17.0}
+    assert axes.get_ylabel() == "model - measured [deg]"
+    text = (tmp_path / "report.md").read_text()
+    assert "In 0 of 3 impacts the ball slides until it leaves." in text
+    for name, slope in sticking.sensitivity.items():
+        assert f"| {name} | {slope:.3g} |" in text
+    assert f"RMS difference {sticking.rms:.3g} deg over 3 measured values" in text
 
 
 HEADER = "point,approach_speed [m/s],incidence [deg],azimuth [deg],rebound_angle [deg]"

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.search import Search
+from drake_racket.identify.report import directory
 from drake_racket.identify.report.outputs import write_string_bed
 from drake_racket.identify.report.parameter_file import Provenance, fitted_racket, write_parameters
 from drake_racket.identify.strings.restitution_table import RestitutionTable, read_restitution
@@ -321,6 +322,27 @@ def test_files_of_a_fit(fitted: StringBedFit, tmp_path: Path) -> None:
     rows = (tmp_path / "residuals.csv").read_text().splitlines()
     assert len(rows) == 1 + len(fitted.problem.table.points)
     assert "T0" in (tmp_path / "report.md").read_text()
+
+
+def test_a_report_is_in_per_cent_throughout(fitted: StringBedFit, tmp_path: Path, monkeypatch):
+    drawn = {}
+    keep = lambda figure, path: drawn.update({path.stem: figure})  # noqa: E731
+    monkeypatch.setitem(directory._WRITERS, ".png", keep)
+    write_string_bed(fitted, tmp_path, "2011-06-30")
+    assert set(drawn) == {"restitution", "residuals", "estimates", "convergence"}  # one number
+    residuals = 100.0 * fitted.result.residuals
+    (axes,) = drawn["residuals"].axes
+    points = [line for line in axes.lines if line.get_label().startswith("point")]
+    at = {(float(x), float(y)) for line in points for x, y in zip(*line.get_data(), strict=True)}
+    assert at == {*zip(fitted.problem.table.speeds, map(float, residuals), strict=True)}
+    assert axes.get_ylabel() == "model - measured [%]"
+    lowest = min(min(line.get_ydata()) for line in drawn["convergence"].axes[0].lines)
+    assert lowest == pytest.approx(100.0 * fitted.rms)
+    text = (tmp_path / "report.md").read_text()
+    assert f"RMS difference {100.0 * fitted.rms:.3g} % of restitution over 4 measured" in text
+    assert f"| 7 | {abs(residuals[3]):.3g} |" in text
+    assert f"| 33 | {abs(residuals[1]):.3g} |" in text
+    assert "Intervals: 95 %, likelihood profile" in text
 
 
 def test_undetermined_values_are_marked(tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ import math
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -507,6 +509,24 @@ def test_specimens_are_as_long_as_printed():
     p = load_racket("tour")
     lengths = [specimen_length(p, s) for s in SPECIMENS]
     assert lengths == pytest.approx([0.356, 0.330, 0.686, 0.686])
+
+
+def test_an_error_by_bending_is_that_of_the_moment(monkeypatch):
+    """Of the square of the period, racket by racket and axis by axis."""
+    periods = {"transverse": 1.002, "frontal": 1.001}
+    asked = []
+
+    def period(first, axis, *, pivot, amplitude, flexible):
+        asked.append((axis, pivot, amplitude))
+        return SimpleNamespace(period=1.5 * (periods[axis] if flexible else 1.0))
+
+    module = sys.modules[swing_history.__module__]
+    monkeypatch.setattr(module, "swing", partial(period, flexible=False))
+    monkeypatch.setattr(module, "swing_flexible_frame", partial(period, flexible=True))
+    found = module.bending_error(("tour",), amplitude=0.2)
+    assert found.to_numpy()[0] == pytest.approx([0.004004, 0.002001], rel=1e-9)
+    assert found["axis"].to_numpy().tolist() == ["transverse", "frontal"]
+    assert set(asked) == {(axis, 0.1016, 0.2) for axis in periods}
 
 
 def test_the_history_marks_its_crossings():
