@@ -355,3 +355,13 @@ def test_impacts_are_made_of_the_balls_and_the_beds_numbers():
         assert made.balls[:, 2].tolist() == [mu[4], mu[0]]
         assert made.balls[:, 5].tolist() == [scale.value] * 2
         assert made.balls[:, 6].tolist() == [float(reading == "displacement")] * 2
+
+
+def test_peaks_are_found_inside_the_step():
+    """Of force and deflection, in steps four times as long; the samples alone miss more."""
+    racket = load_racket()
+    impacts = make_impacts(racket, BALL, [5, 2], [25.0, 33.0])
+    coarse, fine = (run([make_bed(racket)], impacts, step=h).values for h in (2e-5, FINE))
+    for name in ("peak_normal_force", "peak_deflection", "contact_time", "v_z"):
+        column = OUTPUTS.index(name)
+        np.testing.assert_allclose(coarse[:, column], fine[:, column], rtol=1e-6)

@@ -15,6 +15,7 @@ from drake_racket.identify.core.problem import Parameter
 from drake_racket.identify.core.search import Search
 from drake_racket.identify.report import directory
 from drake_racket.identify.report.outputs import write_friction
+from drake_racket.identify.strings import friction as friction_module
 from drake_racket.identify.strings.angle_table import AngleTable, read_angles
 from drake_racket.identify.strings.friction import (
     LITTLE,
@@ -81,6 +82,20 @@ def test_friction_of_a_sliding_ball_in_closed_form(sliding: FrictionFit) -> None
         slope = 100.0 * sliding.sensitivity[name]  # deg per 1
         half = 0.5 * (e.interval[1] - e.interval[0])
         assert half == pytest.approx(1.96 * 0.1 / slope, rel=0.02)
+
+
+@pytest.mark.parametrize("options", [None, ONE])
+def test_options_left_out_are_a_searchs_own(monkeypatch, options) -> None:
+    asked = []
+
+    def spy(problem, options, *rest):
+        asked.append(options)
+        return found(problem, ONE, *rest)
+
+    found = friction_module.search
+    monkeypatch.setattr(friction_module, "search", spy)
+    fit_friction(sliding_table(60.0, 0.1), load_racket(), load_ball(), options=options)
+    assert asked == [Search() if options is None else ONE]
 
 
 def test_a_coefficient_at_its_bound_is_bounded_on_one_side() -> None:

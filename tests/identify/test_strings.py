@@ -14,6 +14,7 @@ from drake_racket.identify.core.search import Search
 from drake_racket.identify.report import directory
 from drake_racket.identify.report.outputs import write_string_bed
 from drake_racket.identify.report.parameter_file import Provenance, fitted_racket, write_parameters
+from drake_racket.identify.strings import string_bed as string_bed_module
 from drake_racket.identify.strings.restitution_table import RestitutionTable, read_restitution
 from drake_racket.identify.strings.string_bed import (
     StringBedFit,
@@ -62,6 +63,20 @@ def oracle() -> RestitutionTable:
 @pytest.fixture(scope="module")
 def fitted(oracle: RestitutionTable) -> StringBedFit:
     return fit_tension(oracle, load_racket("tour", "low"), load_ball(), options=ONE)
+
+
+@pytest.mark.parametrize("options", [None, ONE])
+def test_options_left_out_are_a_searchs_own(oracle, monkeypatch, options) -> None:
+    asked = []
+
+    def spy(problem, options, *rest):
+        asked.append(options)
+        return found(problem, ONE, *rest)
+
+    found = string_bed_module.search
+    monkeypatch.setattr(string_bed_module, "search", spy)
+    fit_string_bed(oracle, load_racket("tour", "low"), load_ball(), free=["T0"], options=options)
+    assert asked == [Search() if options is None else ONE]
 
 
 def test_tension_alone_from_independent_data(fitted: StringBedFit) -> None:
@@ -116,6 +131,18 @@ def test_mean_of_repeats_by_hand(tmp_path: Path) -> None:
     # (20 m/s)^2 (2 * 0.02^2) over 6 - 2 degrees of freedom is the variance of one speed
     s = np.sqrt(400.0 * 2.0 * 0.02**2 / 4.0)
     np.testing.assert_allclose(mean.sigma, [s / 20.0 / 2.0, s / 30.0 / np.sqrt(2.0)])
+
+
+def test_mean_of_repeats_without_scatter_or_with_their_own_errors(tmp_path: Path) -> None:
+    """Repeats that are alike to the last digit say nothing of the scatter."""
+    rows = ("5,20.0,0.80,1", "5,20.0,0.80,2", "7,30.0,0.75,1")
+    path = write(tmp_path / "t.csv", HEADER + ",repeat", *rows)
+    mean = read_restitution(path).averaged()
+    assert mean.sigma is None
+    assert mean.repeats.tolist() == [2, 1]
+    own = [f"{row},{error}" for row, error in zip(rows, ("0.03", "0.04", "0.02"), strict=True)]
+    path = write(tmp_path / "t.csv", HEADER + ",repeat,standard_deviation", *own)
+    assert read_restitution(path).averaged().sigma == pytest.approx([0.025, 0.02])
 
 
 def test_error_of_a_ratio_of_speeds() -> None:
