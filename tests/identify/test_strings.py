@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from drake_racket.engines.clamped.batch import make_bed, make_impacts, run
 from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.search import Search
 from drake_racket.identify.report import directory
@@ -27,6 +28,7 @@ from drake_racket.identify.strings.table_rows import beyond
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_table
 from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import load_racket, read_racket
 from drake_racket.rigs.head_clamped import normal_impacts
 from studies.identification_recovery import recovery
@@ -349,6 +351,16 @@ def test_files_of_a_fit(fitted: StringBedFit, tmp_path: Path) -> None:
     rows = (tmp_path / "residuals.csv").read_text().splitlines()
     assert len(rows) == 1 + len(fitted.problem.table.points)
     assert "T0" in (tmp_path / "report.md").read_text()
+
+
+def test_what_is_modelled_is_the_fitted_bed(fitted: StringBedFit) -> None:
+    data, table = fitted.to_dataset(), fitted.problem.table
+    bed = load_racket("tour", "low")
+    bed = apply_overrides(bed, {"racket.string_bed.initial_tension": fitted.estimates["T0"].value})
+    impacts = make_impacts(bed, load_ball(), table.points, table.speeds)
+    expected = run([make_bed(bed)], impacts).restitution(impacts)[0]
+    np.testing.assert_allclose(data["restitution_modelled"], expected, rtol=1e-6)
+    np.testing.assert_array_equal(data["restitution_measured"], table.restitution)
 
 
 def test_a_report_is_in_per_cent_throughout(fitted: StringBedFit, tmp_path: Path, monkeypatch):
