@@ -356,7 +356,8 @@ def test_files_of_a_fit(fitted: StringBedFit, tmp_path: Path) -> None:
 
 def test_what_is_modelled_is_the_fitted_bed(oracle: RestitutionTable) -> None:
     """Of a table that no tension meets."""
-    table = dataclasses.replace(oracle, restitution=oracle.restitution + [0.01, -0.01, 0.02, 0.0])
+    off = np.array([0.01, -0.01, 0.02, 0.0])
+    table = dataclasses.replace(oracle, restitution=oracle.restitution + off)
     bed = load_racket("tour", "low")
     fitted = fit_string_bed(table, bed, load_ball(), free=["T0"], options=ONE)
     data, tension = fitted.to_dataset(), fitted.estimates["T0"].value
