@@ -203,7 +203,7 @@ def oblique() -> xarray.Dataset:
         {
             "racket": RACKETS,
             "tension": TENSIONS,
-            "stroke": ["slice", "open_face"],
+            "stroke": ["slice", "topspin_drive"],
             "point": POINTS,
             "angle_reading": ["from_normal", "from_plane"],
             "friction_reading": ["velocity", "displacement"],
