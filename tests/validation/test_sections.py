@@ -63,8 +63,8 @@ def _shown(value: Any) -> Any:
         return value
     if isinstance(value, (list, tuple, range, np.ndarray)):
         return [_shown(one) for one in value]
-    if isinstance(value, dr.Scenario):
-        plain = vars(dr.Scenario())
+    if isinstance(value, (dr.Scenario, dr.IntegratorSettings)):
+        plain = vars(type(value)())
         return {k: _shown(v) for k, v in vars(value).items() if v != plain[k]}
     return str(getattr(value, "name", "?"))
 
@@ -87,7 +87,7 @@ def test_force_plate(stand: Any) -> None:
     drops = iter([0.74, 0.73, 0.71])
 
     def run(speed: float, ball: Any = None) -> SimpleNamespace:
-        on.asked.append([speed, str(ball)])
+        on.asked.append([speed, ball and [ball.name, ball.normal]])
         return outcome(next(drops))
 
     on.let("make_force_plate", lambda: SimpleNamespace(run=run))
