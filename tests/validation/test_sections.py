@@ -18,26 +18,14 @@ from drake_racket.validation import frame, hand, impacts, spin
 from drake_racket.validation.outcome import Plan
 from tests.recorded import check_record
 from tests.rigs import made_data
+from tests.stand import Stand
 
 RECORDS = Path(__file__).parent / "records"
 PLAN = Plan(points=(2, 4, 5, 8), speeds=(18.0, 25.0, 33.0), axis_step=0.035, forces=(1.0, 800.0))
 
 
-class Stand:
-    """Stands for the experiments of a module, and writes down what is asked of them."""
-
-    def __init__(self, patch: pytest.MonkeyPatch, module: Any) -> None:
-        self.patch, self.module, self.asked = patch, module, []
-
-    def let(self, name: str, result: Any) -> None:
-        """A function's calls are written down; what it gives is made by `result`."""
-
-        def call(*arguments: Any, **options: Any) -> Any:
-            options.pop("progress", None)
-            self.asked.append([name, *map(_shown, arguments), _shown(options)])
-            return result(*arguments, **options)
-
-        self.patch.setattr(self.module, name, call)
+class Section(Stand):
+    """Stands for the experiments of a section's module."""
 
     def check(self, section: Any, name: str, plan: Plan = PLAN) -> None:
         """Runs the section and compares all it gives with the record."""
@@ -56,23 +44,10 @@ class Stand:
         )
 
 
-def _shown(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _shown(one) for key, one in value.items()}
-    if isinstance(value, (str, int, float, bool)) or value is None:
-        return value
-    if isinstance(value, (list, tuple, range, np.ndarray)):
-        return [_shown(one) for one in value]
-    if isinstance(value, (dr.Scenario, dr.IntegratorSettings)):
-        plain = vars(type(value)())
-        return {k: _shown(v) for k, v in vars(value).items() if v != plain[k]}
-    return str(getattr(value, "name", "?"))
-
-
 @pytest.fixture
 def stand(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Makes a Stand of a module, until the test ends."""
-    return lambda module: Stand(monkeypatch, module)
+    """Makes a Section of a module, until the test ends."""
+    return lambda module: Section(monkeypatch, module)
 
 
 def outcome(number: float, **more: Any) -> SimpleNamespace:
