@@ -46,7 +46,10 @@ def _axes(axes: Any) -> dict[str, Any]:
     found["lines"] = [_line(one) for one in axes.lines]
     found["marks"] = [_collection(one) for one in axes.collections]
     found["bars"] = [_patch(one) for one in axes.patches]
-    found["texts"] = [[t.get_text(), *map(float, t.get_position())] for t in axes.texts]
+    found["texts"] = [
+        [t.get_text(), str(t.get_color()), *map(float, getattr(t, "xy", t.get_position()))]
+        for t in axes.texts
+    ]
     bars = [c for c in axes.containers if isinstance(c, ErrorbarContainer)]
     found["errors"] = [[c.has_xerr, c.has_yerr] for c in bars]
     return {key: value for key, value in found.items() if value or value is False}
@@ -68,7 +71,8 @@ def _line(line: Line2D) -> list[Any]:
     colour = to_hex(line.get_color())
     return [
         "" if label.startswith("_") else label,
-        f"{colour} {line.get_linestyle()} {line.get_marker()} {line.get_fillstyle()}",
+        f"{colour} {line.get_linestyle()} {line.get_marker()} {line.get_fillstyle()}"
+        f" {line.get_linewidth():g} {line.get_markersize():g}",
         summary(x),
         summary(y),
         [float(np.nansum(x * y)), float(np.nansum(np.abs(x * y)))],
@@ -79,7 +83,12 @@ def _collection(one: Collection) -> list[Any]:
     if isinstance(one, LineCollection):
         ends = np.array([np.asarray(s)[[0, -1]] for s in one.get_segments()]).reshape(-1, 4)
         colours = np.asarray(one.get_color(), dtype=float)
-        return ["lines", *(summary(c) for c in ends.T), summary(colours)]
+        return [
+            "lines",
+            *(summary(c) for c in ends.T),
+            summary(colours),
+            *map(float, one.get_linewidths()[:1]),
+        ]
     if isinstance(one, PathCollection):
         places = np.asarray(one.get_offsets(), dtype=float)
         known = one.get_array()
