@@ -187,3 +187,13 @@ def test_spin(stand: Any, name: str) -> None:
         on.let(limit, lambda mu, at=at: at * mu)
     on.let("rigid_slip_limit", lambda mu, restitution, factor: 50.0 * mu + restitution + factor)
     on.check(spin.spin, f"spin_{name}", Plan() if name == "whole" else Plan.coarse())
+
+
+def test_plans() -> None:
+    every = (1.0, *(50.0 * n for n in range(1, 25)))
+    speeds = tuple(float(v) for v in range(18, 34, 3))
+    assert Plan() == Plan(tuple(range(1, 10)), speeds, 0.01, every, 1)
+    few = Plan((2, 4, 5, 7, 8), (18.0, 33.0), 0.07, (1.0, 400.0, 800.0, 1200.0), 1)
+    assert Plan.coarse() == few
+    assert Plan.coarse(4) == Plan(few.points, few.speeds, few.axis_step, few.forces, 4)
+    assert set(few.settings()) == {"points", "speeds", "axis_step", "forces"}
