@@ -10,6 +10,7 @@ import numpy as np
 import xarray
 
 import drake_racket as dr
+from drake_racket.results.history import variable_attributes
 
 TOUCH, RELEASE = 0.0, 0.005
 SPEED = 20.0
@@ -116,7 +117,7 @@ def made_log(*, point: int = 6, end: float = 0.06, **attributes: str) -> xarray.
     data["energy"] = ("time", "store"), np.column_stack(list(level.values()))
     data |= _places(time, phase, deflection[:, point - 1], compression, racket, point)
     coordinates = {
-        "time": time,
+        "time": ("time", time, {"units": "s"}),
         "axis": list("xyz"),
         "point": number,
         "spring": springs,
@@ -140,7 +141,10 @@ def made_log(*, point: int = 6, end: float = 0.06, **attributes: str) -> xarray.
         "frame_in_plane_hz": 155.0,
         "frame_out_of_plane_hz": 128.0,
     }
-    return xarray.Dataset(data, coordinates, about | attributes)
+    made = xarray.Dataset(data, coordinates, about | attributes)
+    for name, variable in made.data_vars.items():
+        variable.attrs |= variable_attributes(str(name))
+    return made
 
 
 def _places(
