@@ -229,3 +229,17 @@ def test_units_of_maps(units, scale, shown):
     figure = restitution.bed_maps(found, "restitution", scale=scale)
     assert figure.axes[-1].get_ylabel() == f"restitution ({shown})"
     assert figure.get_suptitle() == "Supports"
+
+
+def test_an_outline_that_stands_is_seen_from_the_balls_side():
+    """The tip is up, and +y on the left."""
+    from matplotlib.figure import Figure
+
+    from drake_racket.plots.style import draw_outline
+
+    lying, standing = Figure().subplots(), Figure().subplots()
+    draw_outline(lying, TOUR)
+    draw_outline(standing, TOUR, along_x=False)
+    for one, other in zip(lying.lines, standing.lines, strict=True):
+        assert np.array_equal(other.get_xdata(), -one.get_ydata())
+        assert np.array_equal(other.get_ydata(), one.get_xdata())
