@@ -348,6 +348,7 @@ def test_words_of_a_scene(log, scene):
         ("a.gif", 30.0, 100 / 3),
         ("a.mp4", 24.0, 24.0),
         ("a.gif", 18.0, 100 / 6),
+        ("a.gif", 22.3, 25.0),
     ],
 )
 def test_frame_rates(name, fps, rate):
