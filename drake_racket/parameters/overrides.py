@@ -39,7 +39,7 @@ _MEMBERS: dict[str, Callable[[int], str]] = {
     "rim_factors": lambda i: f"p{i + 1}",
     "coefficients": lambda i: f"mu{i + 1}",
 }
-_CHECKS: dict[type, Callable[[Any, str, Iterable[str] | None], None]] = {
+_CHECKS: dict[type, Callable[[Any, str, Iterable[tuple[str, ...]] | None], None]] = {
     RacketParameters: check_racket,
     BallParameters: check_ball,
     GripStiffness: check_grip,
@@ -129,7 +129,8 @@ def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = 
     }
     _check_once(numbers, places, where)
     new = _with_numbers(parameters, numbers, places)
-    changed = {places[key].path[0] for key in mine}
+    bed = ("string_bed",)  # springs of their own change more of it than their k
+    changed = {bed if key.startswith(SPRING) else places[key].path for key in mine}
     error = _error(new, changed)
     if error is not None:
         raise _blame(error, parameters, numbers, places, where)
@@ -296,7 +297,8 @@ def _with_own_springs(racket: RacketParameters) -> RacketParameters:
 
 
 def _error(
-    parameters: RacketParameters | BallParameters | GripStiffness, changed: Iterable[str] | None
+    parameters: RacketParameters | BallParameters | GripStiffness,
+    changed: Iterable[tuple[str, ...]] | None,
 ) -> InputError | None:
     kind = type(parameters)
     try:
