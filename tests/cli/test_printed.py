@@ -24,7 +24,9 @@ from drake_racket.cli.identify import run as running
 from drake_racket.compare import Swing
 from drake_racket.derivatives import Derivatives
 from drake_racket.identify.core.estimate import Estimate
+from drake_racket.io.errors import InputError
 from drake_racket.io.progress import Progress
+from drake_racket.store import OtherComputation
 from drake_racket.validation import PublishedValue, compare
 from drake_racket.validation.outcome import Plan
 from tests.compare.test_compare import made as made_assessment
@@ -280,6 +282,21 @@ def test_what_an_interrupted_fit_leaves(kept, said, tmp_path, capsys):
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("drake-racket: interrupted; ")
     assert line.endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("error", "fresh"),
+    [
+        (InputError("checkpoint", "a", "b"), True),
+        (OtherComputation("out: data", "a", "b"), True),
+        (InputError("speed", "a", "b"), False),
+    ],
+)
+def test_a_fit_that_cannot_go_on_may_begin_anew(error, fresh, tmp_path):
+    with pytest.raises(InputError) as told, running.running(tmp_path, "%"):
+        raise error
+    assert told.value.allowed == ("b; or --fresh" if fresh else "b")
+    assert told.value.key == error.key
 
 
 # ---- what else is printed
