@@ -175,6 +175,12 @@ def artists(picture: film._Picture) -> dict[str, Any]:
         "joints": [hull(one) for one in picture._joints],
         "parts": [hull(one) for one in picture._parts],
         "orders": [one.get_zorder() for one in picture._moving],
+        "widths": [
+            *sorted({line.get_linewidth() for line in (*picture._frame, picture._seam)}),
+            *picture._strings.get_linewidths(),
+            picture._points.get_markersize(),
+            picture._ball.get_linewidth(),
+        ],
         "now": [text.get_text(), *text.get_position()],
     }
 
