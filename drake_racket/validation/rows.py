@@ -47,14 +47,18 @@ def compare(entry: PublishedValue, model: float | None) -> Comparison:
     if model is None:
         raise KeyError(f"no model value for {entry.key}")
     difference = _difference(entry, model)
-    size = entry.value if entry.value is not None else 0.0
-    if entry.tolerance_kind == "relative" and entry.value is None:
-        ends = [x for x in (entry.low, entry.high) if x is not None]
-        size = min(ends, key=lambda end: abs(model - end))
-    tolerance = entry.tolerance * (abs(size) if entry.tolerance_kind == "relative" else 1.0)
+    relative = entry.tolerance_kind == "relative"
+    tolerance = entry.tolerance * (published_size(entry, model) if relative else 1.0)
     # a comparison of decimal numbers should not hang on their last bit
     agrees = math.isfinite(difference) and abs(difference) <= tolerance * (1.0 + 1e-12)
     return Comparison(entry, model, difference, tolerance, AGREES if agrees else DIFFERS)
+
+
+def published_size(entry: PublishedValue, model: float) -> float:
+    """Gives what shares are of: the published value, or of a range the end nearer to the model."""
+    known = (entry.low, entry.high) if entry.value is None else (entry.value,)
+    ends = [x for x in known if x is not None]
+    return min((abs(model - end), abs(end)) for end in ends)[1]
 
 
 def _difference(entry: PublishedValue, model: float) -> float:
