@@ -34,7 +34,7 @@ from drake_racket.io.numbers import as_number
 from drake_racket.io.units import measure
 from drake_racket.parameters.scenario import Scenario
 
-MOST_CASES = 1_000_000
+MOST_CASES = 2**22
 DESIGNS = ("sobol", "latin_hypercube")
 _NUMBERS_AS_TEXT = {"tension": "N", "point": ""}  # a text that may be a number, and its unit
 
