@@ -77,7 +77,7 @@ class GripStiffness(Schema):
         return shown(self, f"{self.name}: {self.title}")
 
     def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
-        """Multiplies all six stiffnesses by `factor`, and the dampings by `damping_factor`.
+        """Multiplies all six stiffnesses by the factor `factor`, the dampings by `damping_factor`.
 
         A hand's mass and its wrist stay as they are.
 

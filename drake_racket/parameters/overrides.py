@@ -53,7 +53,7 @@ _PREFIXES: dict[type, str] = {
 
 @dataclass(frozen=True)
 class ParameterKey:
-    """A ParameterKey says what a key stands for: the unit, and the value that it has now."""
+    """A ParameterKey says what a key stands for: the `value` that it has now, and its `unit`."""
 
     unit: str
     value: float
@@ -109,7 +109,8 @@ def overridden_numbers(
 def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = "overrides") -> P:
     """Gives a checked copy of a racket's, ball's or grip's parameters with the numbers of its keys.
 
-    Keys with another first word than theirs (racket, ball, grip) are left alone. The numbers'
+    `overrides` has values in the units of their keys. Keys with another first word than theirs
+    (racket, ball, grip) are left alone. The numbers'
     status becomes `inferred`, and their source tells what the file has.
 
     Raises:

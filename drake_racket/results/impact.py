@@ -184,7 +184,7 @@ class ImpactResult:
     derivatives: Any = None
 
     def summary(self) -> str:
-        """The result in words, as the command line prints it."""
+        """Gives the result in words, as the command line prints it."""
         return summary_text(self)
 
     def __repr__(self) -> str:

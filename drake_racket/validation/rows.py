@@ -16,7 +16,8 @@ class Comparison:
 
     Attributes:
         model: the model's value; None where there is nothing to compare with.
-        difference: model less published value, or less the nearer end of a range (0 inside it).
+        difference: in the quantity's unit, model less published value, or less the nearer end of a
+            range (0 inside it).
         tolerance: on the difference, in the unit of the quantity; None if not comparable.
         verdict: `agrees` if |difference| <= tolerance, else `differs`; or `not comparable`.
 
@@ -37,7 +38,10 @@ class Comparison:
 
 
 def compare(entry: PublishedValue, model: float | None) -> Comparison:
-    """Gives the verdict on one number. A model value that is not finite differs from everything."""
+    """Gives the verdict on one number of a `model`, in the unit of the entry.
+
+    A model value that is not finite differs from everything.
+    """
     if entry.not_comparable:
         return Comparison(entry, model, None, None, NOT_COMPARABLE)
     if model is None:

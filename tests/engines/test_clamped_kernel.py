@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from drake_racket import IntegratorSettings, Scenario, make_impact_diagram, simulate
 from drake_racket.engines.clamped import batch as clamped
+from drake_racket.engines.clamped import steps, surface
 from drake_racket.engines.clamped.batch import OUTPUTS, bed_parameters, make_bed, make_impacts, run
 from drake_racket.io.errors import InputError
 from drake_racket.laws.bed import grid_topology
@@ -320,3 +321,47 @@ def test_a_second_touch_latches_its_own_offset():
     high, low = (rebound(x + s * np.eye(len(x))[0], []).values[0] for s in (step, -step))
     difference = (high - low) / (2.0 * step)
     assert difference[:3] == pytest.approx(outcome.jacobian[0, :3, 0], rel=1e-4)
+
+
+def test_how_far_a_mass_comes_out_at_most():
+    """All energy of two masses between three springs, in the static stiffness of one."""
+    k, tension, length, m = 1e5, 200.0, 0.05, 0.002
+    ends = np.array([[0, 0, 1], [-1, 1, -1]])
+    bed = np.array([[k] * 3, [tension - k * length] * 3, [length**2] * 3])
+    z, v, stiffness = (0.003, -0.002), (4.0, 5.0), np.array([9e3, 7e3])
+    y = np.array([*z, *v, *np.zeros(6)])
+    energy = 0.5 * m * (16.0 + 25.0)
+    for dz in (z[0], z[0] - z[1], z[1]):
+        longer = math.hypot(dz, length) - length
+        energy += tension * longer + 0.5 * k * longer**2
+    mass = np.array([0.058, m])
+    for p in (0, 1):
+        expected = math.sqrt(2.0 * energy / stiffness[p])
+        assert steps.reach(y, p, ends, bed, mass, stiffness) == pytest.approx(expected, rel=1e-12)
+    more = np.concatenate([y, np.zeros(surface.MORE)])
+    found = surface._reach(more, ends, bed, mass, stiffness)
+    assert found == pytest.approx(math.sqrt(2.0 * energy / 7e3), rel=1e-12)
+
+
+def test_impacts_are_made_of_the_balls_and_the_beds_numbers():
+    racket = load_racket()
+    at = {"velocity": BALL.sliding_speed_scale, "displacement": BALL.sliding_distance_scale}
+    for reading, scale in at.items():
+        made = make_impacts(racket, BALL, [5, 1], [18.0, 33.0], friction_reading=reading)
+        assert made.velocities.tolist() == [[0.0, 0.0, -18.0], [0.0, 0.0, -33.0]]
+        mu = racket.friction_coefficients()
+        low, high = BALL.stiffness_low.value, 1.0 + BALL.stiffness_growth.value
+        assert made.balls[:, 0] == pytest.approx([low, high * low])
+        assert made.balls[:, 2].tolist() == [mu[4], mu[0]]
+        assert made.balls[:, 5].tolist() == [scale.value] * 2
+        assert made.balls[:, 6].tolist() == [float(reading == "displacement")] * 2
+
+
+def test_peaks_are_found_inside_the_step():
+    """Of force and deflection, in steps four times as long; the samples alone miss more."""
+    racket = load_racket()
+    impacts = make_impacts(racket, BALL, [5, 2], [25.0, 33.0])
+    coarse, fine = (run([make_bed(racket)], impacts, step=h).values for h in (2e-5, FINE))
+    for name in ("peak_normal_force", "peak_deflection", "contact_time", "v_z"):
+        column = OUTPUTS.index(name)
+        np.testing.assert_allclose(coarse[:, column], fine[:, column], rtol=1e-6)

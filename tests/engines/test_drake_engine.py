@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    PrismaticJoint,
+    PrismaticSpring,
+    RevoluteJoint,
+    RevoluteSpring,
+    SpatialInertia,
+)
 from pydrake.systems.analysis import Simulator
 
 from drake_racket import (
+    IntegratorSettings,
     LimbSettings,
     Scenario,
     balance,
@@ -18,6 +28,7 @@ from drake_racket import (
     simulate,
 )
 from drake_racket.engines.drake.leapfrog import brought_to_time
+from drake_racket.engines.drake.mechanism import _joint_springs
 from drake_racket.laws.contact import CONTACT
 from drake_racket.laws.phases import DISCRETE_SIZE, PHASE, SEEN, WEIGHT
 from drake_racket.laws.totals import TOTALS
@@ -262,3 +273,40 @@ def test_the_balance_of_ones_own_discrete_run(when, closes):
     record = own.get_discrete_state_vector().CopyToVector()
     ahead = not np.array_equal(contact.latched(own), record, equal_nan=True)
     assert ahead == (when == 3e-3)  # outputs look forward where an update is due, and only there
+
+
+def test_springs_and_rotors_are_those_of_the_limbs_joints():
+    """Turning and sliding ones; another model's in the same plant are not its."""
+    plant = MultibodyPlant(0.0)
+    joints = []
+    for i, kind in enumerate((RevoluteJoint, PrismaticJoint, RevoluteJoint)):
+        inertia = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+        body = plant.AddRigidBody(f"b{i}", inertia)
+        joint = kind(f"j{i}", plant.world_frame(), body.body_frame(), np.array([0.0, 0.0, 1.0]))
+        joints.append(plant.AddJoint(joint))
+        rotor = plant.AddJointActuator(f"a{i}", joints[-1])
+        rotor.set_default_rotor_inertia(0.01 * (i + 1))
+        rotor.set_default_gear_ratio(10.0)
+    plant.AddForceElement(RevoluteSpring(joints[0], 0.1, 30.0))
+    plant.AddForceElement(PrismaticSpring(joints[1], 0.2, 40.0))
+    plant.AddForceElement(RevoluteSpring(joints[2], 0.3, 50.0))
+    plant.Finalize()
+    limb = SimpleNamespace(joints=(joints[0],), others=lambda: (joints[1],))
+    found = _joint_springs(limb, plant, plant.CreateDefaultContext())
+    assert found.position.tolist() == [joint.position_start() for joint in joints[:2]]
+    assert found.stiffness.tolist() == [30.0, 40.0]
+    assert found.nominal.tolist() == [0.1, 0.2]
+    assert found.rotor_velocity.tolist() == [joint.velocity_start() for joint in joints[:2]]
+    assert found.rotor_inertia == pytest.approx([1.0, 2.0])
+
+
+def test_progress_is_told_from_the_start_on_every_hundred_steps():
+    told = []
+    steps = IntegratorSettings(maximum_step=1e-6, error_control=False)
+    base = Scenario(
+        support="clamped_head", approach_time=0.0, after=2.5e-4, audit=False, integrator=steps
+    )
+    case = resolve(base)
+    run_drake(case, make_impact_diagram(case), progress=told.append)
+    assert [now.done for now in told] == pytest.approx([0.0, 0.1, 0.2], abs=1e-6)
+    assert {now.total for now in told} == {0.25}

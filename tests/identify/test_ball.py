@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,10 +12,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, linregress
 
-from drake_racket.identify.ball.by_speed import SPEED_SIGMA, fit_speed
-from drake_racket.identify.ball.fit import BallImpact, fit_ball, group_by_speed, read_ball_impacts
+from drake_racket.identify.ball.by_speed import (
+    SPEED_SIGMA,
+    _check_restitution,
+    _correlated,
+    _covariance,
+    fit_speed,
+)
+from drake_racket.identify.ball.by_speed import _warnings as _speed_warnings
+from drake_racket.identify.ball.fit import (
+    BallImpact,
+    _warnings,
+    fit_ball,
+    group_by_speed,
+    read_ball_impacts,
+)
 from drake_racket.identify.ball.impacts import find_contact, resting_offset
-from drake_racket.identify.ball.plate_problem import PlateProblem
+from drake_racket.identify.ball.plate_problem import PlateProblem, _first_guess
 from drake_racket.identify.ball.plate_sensitivity import plate_force
 from drake_racket.identify.ball.speed_line import speed_line
 from drake_racket.identify.report.ball_figures import ball_fit_figure
@@ -421,6 +436,178 @@ def test_any_text_is_read_or_refused(tmp_path_factory, text) -> None:
     path.write_text(text, encoding="utf-8", errors="replace")
     with pytest.raises(InputError):
         read_ball_impacts(path)
+
+
+# what is told, and from where on
+
+
+def lines_of(**changes):
+    """Groups of 18, 25 and 33 m/s, and a line that is good but for the changes."""
+    speeds = changes.get("speeds", (18.0, 25.0, 33.0))
+    ends = changes.get("ends", (4e4, 5e4))
+    line = SimpleNamespace(
+        name="kb",
+        misfit=changes.get("misfit", 0.5),
+        scatter=changes.get("scatter", 1.0),
+        level=changes.get("level", -5e4),
+        at=lambda v: SimpleNamespace(value=ends[0] if v < 25.0 else ends[1]),
+    )
+    groups = [SimpleNamespace(speed=speed) for speed in speeds]
+    return _warnings(groups, (None, line), changes.get("low", 18.0), changes.get("high", 33.0))
+
+
+@pytest.mark.parametrize(
+    ("within", "beyond", "told"),
+    [
+        ({"low": 17.501}, {"low": 17.499}, "goes beyond the measured 18 to 33 m/s"),
+        ({"high": 33.499}, {"high": 33.501}, "goes beyond"),
+        ({"misfit": 0.01}, {"misfit": 0.00999}, "not linear in speed"),
+        ({"misfit": 0.0, "scatter": 0.499}, {"misfit": 0.0, "scatter": 0.501}, "not linear"),
+        ({"ends": (1e-9, 5e4)}, {"ends": (0.0, 5e4)}, "not positive"),
+        ({"ends": (5e4, 1e-9)}, {"ends": (5e4, -1.0)}, "not positive"),
+        ({}, {"speeds": (18.0, 33.0)}, "two speeds"),
+        ({}, {"speeds": (18.0,), "low": 10.0}, "one speed only (18 m/s)"),
+    ],
+)
+def test_what_a_line_leaves_open_is_told_from_its_border_on(within, beyond, told) -> None:
+    assert lines_of(**within) == []
+    (text,) = lines_of(**beyond)
+    assert told in text
+
+
+def test_covariance_of_kb_cb_and_the_mean_speed() -> None:
+    """Four impacts' speeds follow on kb and cb; one number that is open opens what rests on it."""
+    a = np.random.default_rng(1).normal(size=(10, 10))
+    whole = a @ a.T
+    found = _covariance(SimpleNamespace(covariance=whole), 4)
+    np.testing.assert_allclose(found[:2, :2], whole[:2, :2])
+    np.testing.assert_allclose(found[2, :2], whole[2:6, :2].mean(axis=0))
+    np.testing.assert_allclose(found[2, 2], whole[2:6, 2:6].mean())
+    held = _covariance(SimpleNamespace(covariance=whole), 0)
+    np.testing.assert_allclose(held[:2, :2], whole[:2, :2])
+    assert not held[2].any()
+    whole[1, 1] = np.inf
+    found = _covariance(SimpleNamespace(covariance=whole), 4)
+    assert list(np.isinf(np.diag(found))) == [False, True, False]
+    np.testing.assert_allclose(found[0, 0], whole[0, 0])
+    whole[1, 1], whole[3, 3] = 1.0, np.inf
+    assert list(np.isinf(np.diag(_covariance(SimpleNamespace(covariance=whole), 4)))) == [
+        *(False, False, True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("restitution", "open_end", "refused"),
+    [
+        (1.0699, "", 0),
+        (1.0705, "", 1),
+        (1e-9, "", 0),
+        (0.0, "", 1),
+        (0.0, "begun", 0),
+        (-0.1, "cut_off", 0),
+    ],
+)
+def test_a_restitution_that_the_speeds_error_allows_is_let_pass(
+    restitution, open_end, refused
+) -> None:
+    """At 10 m/s +- 0.1 m/s: up to 1.01 and three times 2.07 per cent."""
+    contact = SimpleNamespace(
+        restitution=restitution, begun=open_end == "begun", cut_off=open_end == "cut_off"
+    )
+    impact = SimpleNamespace(speed=10.0, force=SimpleNamespace(where="it"))
+    sigma = 0.1 * 0.06 / (3.0 * 0.01 * 2.07) if restitution > 1.0 else 0.1
+    with pytest.raises(InputError, match="restitution from") if refused else nullcontext():
+        _check_restitution(impact, contact, sigma)
+
+
+@pytest.mark.parametrize("restitution", [0.2, 0.6, 0.98])
+def test_a_first_guess_is_the_law_of_the_pulses_length_and_restitution(restitution) -> None:
+    ratio = -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
+    guess = _first_guess(contact_of(7e-3, restitution), 0.057)
+    form = closed_form(mass=0.057, stiffness=guess[0], damping=guess[1], speed=20.0)
+    # the force is tension from where it is zero to the end of the half period
+    angle = math.sqrt(guess[0] / 0.057) * math.sqrt(1.0 - ratio**2) * 7e-3
+    assert angle == pytest.approx(2.0 * math.acos(ratio), rel=1e-12)
+    assert guess[1] == pytest.approx(2.0 * ratio * math.sqrt(guess[0] * 0.057), rel=1e-12)
+    assert form.contact_time == pytest.approx(7e-3, rel=1e-9)
+    for wild, tame in ((0.0, 0.2), (1.5, 0.98)):
+        tamed = _first_guess(contact_of(7e-3, tame), 0.057)
+        assert _first_guess(contact_of(7e-3, wild), 0.057) == tamed
+    for end in ("begun", "cut_off"):
+        cut = _first_guess(contact_of(7e-3, restitution, **{end: True}), 0.057)
+        assert cut == pytest.approx(_first_guess(contact_of(10.5e-3, 0.8), 0.057), rel=1e-12)
+
+
+def contact_of(length, restitution, begun=False, cut_off=False):
+    return SimpleNamespace(length=length, restitution=restitution, begun=begun, cut_off=cut_off)
+
+
+@pytest.mark.parametrize(
+    ("within", "beyond", "told"),
+    [
+        ({}, {"begun": True}, "begins after touch"),
+        ({}, {"cut_off": True}, "ends before release"),
+        ({"offset": -4.99}, {"offset": -5.01}, "-0.5 % of the peak before touch"),
+        ({"speed": 25.29}, {"speed": 25.31}, "the force implies 25.31 m/s, measured 25"),
+        ({"speed": 26.0, "held": True}, {"speed": 24.6}, "calibration"),
+        ({"tail": 7.999}, {"tail": 8.01}, "8.01 N (RMS) from the law outside"),
+    ],
+)
+def test_what_a_record_leaves_in_doubt_is_told_from_its_border_on(within, beyond, told) -> None:
+    """A pulse of 1 kN; residuals of 1 N; 3 N and 0.5 % of the peak are let be outside."""
+
+    def texts(**changes):
+        speed = changes.get("speed", 25.0)
+        time = np.arange(-20, 100) * 1e-4
+        form = closed_form(mass=0.058, stiffness=4.5e4, damping=14.0, speed=speed)
+        force = form.force(time)
+        inside = slice(21, 60)
+        force[: inside.start - 1] += changes.get("tail", 0.0)
+        away = np.flatnonzero((np.arange(120) < 20) | (np.arange(120) >= 60))
+        force[away[20:]] += changes.get("tail", 0.0)
+        contact = SimpleNamespace(
+            begun=changes.get("begun", False),
+            cut_off=changes.get("cut_off", False),
+            offset=changes.get("offset", 0.0),
+            peak=1000.0,
+            samples=inside,
+            step=1e-4,
+        )
+        impact = SimpleNamespace(
+            speed=25.0, force=SimpleNamespace(where="it", time=time, value=force)
+        )
+        problem = SimpleNamespace(
+            impacts=[impact], contacts=[contact], masses=[0.058], title="it",
+            held=changes.get("held", False),
+            split=lambda x: (x[0], x[1], x[2:3], x[3:4]),
+        )  # fmt: skip
+        result = SimpleNamespace(
+            warnings=(),
+            estimates=np.array([4.5e4, 14.0, speed, 0.0]),
+            standard_errors=np.array([1.0, 1.0, 0.1, changes.get("error", 0.0)]),
+        )
+        left = np.tile([1.0, -1.0], 20)
+        return _speed_warnings(problem, result, left, 0.1)
+
+    assert texts(**within) == []
+    (text,) = texts(**beyond)
+    assert told in text
+
+
+@pytest.mark.parametrize(
+    ("correlation", "size", "told"),
+    [(0.299, 1.0, False), (0.301, 1.0, True), (0.9, 0.0999, False), (0.9, 0.1002, True)],
+)
+def test_neighbours_that_are_alike_are_told(correlation, size, told) -> None:
+    """From three tenths on, where they are more than 1e-4 of the largest peak."""
+    angle = 0.5 * np.arcsin(min(2.0 * correlation, 1.0))
+    left = np.array([np.cos(angle), np.sin(angle)])
+    if correlation > 0.5:
+        left = np.ones(40)
+    problem = SimpleNamespace(
+        title="it", contacts=[SimpleNamespace(peak=1000.0), SimpleNamespace(peak=10.0)]
+    )
+    assert bool(_correlated(problem, left, size)) == told
 
 
 # what is shown

@@ -80,6 +80,18 @@ def test_a_hidden_frame_comes_back(hidden, everything):
     assert own.interval[0] < 0.65 < own.interval[1]
 
 
+def test_usual_errors_are_those_that_were_stated():
+    """What a measurement is taken to be good for where its user does not say."""
+    usual = {name: error for name, (_, error, _) in MEASURED.items()}
+    hertz = dict.fromkeys(
+        ("frequency_in_plane", "frequency_out_of_plane", "clamped_frequency"), 1.0
+    )
+    places = dict.fromkeys(("node_handle", "node_head"), 0.003)
+    places |= dict.fromkeys(("antinode_in_plane", "antinode_out_of_plane"), 0.005)
+    scales = {"mass": 0.001, "balance": 0.001, "swingweight": 5e-5, "twistweight": 1e-5}
+    assert usual == hertz | places | scales | {"second_frequency": 4.0}
+
+
 def test_what_decides_what(everything):
     leans = {name: next(iter(number.leans_on)) for name, number in everything.numbers.items()}
     assert leans["head_breadth"] == "twistweight"

@@ -36,6 +36,7 @@ from drake_racket.identify.core.intervals import profile, profile_interval
 from drake_racket.identify.core.least_squares import fit
 from drake_racket.identify.core.problem import Parameter, Scale
 from drake_racket.identify.core.result import FitResult
+from drake_racket.identify.core.search import Search
 from drake_racket.identify.report import figures as pictures
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_netcdf
@@ -473,6 +474,17 @@ def test_annealing_finds_the_minimum_that_least_squares_finds() -> None:
         # where it stopped is the best point it saw
         assert chain.history[-1, 1] == chain.rms
         assert (np.diff(chain.history[:, 1]) < 0.0).all()
+
+
+def test_annealing_left_alone_is_that_of_a_search_left_alone() -> None:
+    own = {name: p.default for name, p in inspect.signature(anneal).parameters.items()}
+    options = Search(method="annealing")
+    assert (own["starts"], own["seed"], own["workers"]) == (options.starts, options.seed, 1)
+    assert (own["max_evaluations"], own["temperature"]) == (
+        options.evaluations,
+        options.temperature,
+    )
+    assert (own["polish"], own["rescale_sigma"]) == (options.polish, options.rescale)
 
 
 def test_annealing_chains_are_apart_and_the_best_is_kept() -> None:

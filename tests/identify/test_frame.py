@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_racket.identify.core.least_squares import fit
 from drake_racket.identify.frame import fit as frame_fit
+from drake_racket.identify.frame.checks import frame_warnings
+from drake_racket.identify.frame.drake_difference import check_rates
 from drake_racket.identify.frame.fit import fit_frame, hammer_record, read_hammer_record
 from drake_racket.identify.frame.hammer_model import HammeredFrame, hammered_frame
 from drake_racket.identify.frame.ringing_problem import RingingProblem
@@ -109,6 +114,22 @@ def test_derivatives_are_those_of_the_acceleration(kf, ratio, delay) -> None:
         assert np.abs(by[:, i] - found).max() < 1e-7 * np.abs(found).max() + rounding
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-15, -1e-13])
+def test_a_higher_mode_at_its_critical_damping_is_between_its_neighbours(off) -> None:
+    cf = 0.5
+    kf = 0.25 * cf**2 / 1e-4  # critical for the higher mode alone
+
+    def bending(share):
+        frame = HammeredFrame(0.0014, 0.0, 7.0, 0.15, 0.3, ((1e-4, 25.0),))
+        return frame.bending(HIT, STEP, stiffness=kf * (1.0 + share), damping=cf)
+
+    (value, by), (low, low_by), (high, high_by) = bending(off), bending(-1e-4), bending(1e-4)
+    assert np.abs(value - 0.5 * (low + high)).max() < 1e-6 * np.abs(value).max()
+    for i in range(2):
+        middle = 0.5 * (low_by + high_by)[:, i]
+        assert np.abs(by[:, i] - middle).max() < 1e-3 * np.abs(middle).max()
+
+
 def test_a_delay_of_three_samples_moves_the_ringing_by_three_samples(frames) -> None:
     kf, cf = truth("in_plane")
     frame, joint = frames["in_plane"], {"stiffness": kf, "damping": cf}
@@ -192,6 +213,12 @@ def test_strikes_share_kf_and_cf_whatever_their_gain_and_delay(frames, direction
     mode = bending_mode(racket(), direction)
     assert found.frequency.value == pytest.approx(mode.frequency, rel=1e-8)
     assert found.damping_ratio == pytest.approx(mode.damping_ratio, rel=1e-8)
+    # f goes as the root of kf
+    share = np.array([*found.kf.interval, found.kf.value + found.kf.standard_error]) / kf - 1.0
+    low, high = found.frequency.interval
+    assert (low, high) == pytest.approx(mode.frequency * (1.0 + 0.5 * share[:2]), rel=1e-12)
+    error = 0.5 * mode.frequency * share[2]
+    assert found.frequency.standard_error == pytest.approx(error, rel=1e-6)
     once = fit_frame(records, racket(), direction, PLACE, drake_passes=0, starts=4)
     assert once.kf.value == pytest.approx(found.kf.value, rel=1e-9)
 
@@ -324,6 +351,101 @@ def test_a_ringing_hidden_in_noise_is_found_from_another_rackets_joint() -> None
     assert off < min(3.0 * found.kf.standard_error, 0.03 * truth("in_plane")[0])
 
 
+def doubts(frames, passes=((1.0, 1.0),), through=True, **changes):
+    """Warnings of a made-up fit to one record that rings with a root mean square of 1."""
+    ringing = np.tile([1.0, -1.0], 50)
+    strike = SimpleNamespace(
+        acceleration=ringing, after=0, step=STEP, offset=changes.get("offset", 0.0), where="it"
+    )
+    left = changes.get("left", 0.05 * np.ones(100))
+    alike = changes.get("alike", 0.0)
+    left = left * np.where(np.arange(100) % 2, 1.0, -1.0) if alike == 0.0 else left
+    result = SimpleNamespace(
+        residuals=left,
+        rms=changes.get("rms", 0.05),
+        estimates=np.array([1.0, 1.0, changes.get("gain", 1.0), changes.get("delay", 0.0)]),
+        standard_errors=np.array([0.0, 0.0, *changes.get("errors", (0.0, 0.0))]),
+    )
+    frame = SimpleNamespace(participation=changes.get("participation", -1.0), node=0.1)
+    return frame_warnings([strike], frame, 0.05, result, np.array(passes), through)
+
+
+@pytest.mark.parametrize(
+    ("within", "beyond", "told"),
+    [
+        ({"participation": -0.201}, {"participation": -0.199}, "from the mode's node"),
+        ({"rms": 0.1}, {"rms": 0.1005}, "of the ringing's"),
+        ({"gain": 1.0499}, {"gain": 1.0502}, "times as strongly"),
+        ({"gain": 0.9501}, {"gain": 0.9498}, "times as strongly"),
+        ({"gain": 1.3, "errors": (0.1001, 0.0)}, {"gain": 1.3, "errors": (0.0999, 0.0)}, "times"),
+        ({"delay": -0.999 * STEP}, {"delay": -1.001 * STEP}, "us after the force says"),
+        ({"delay": 1.0, "errors": (0.0, 0.334)}, {"delay": 1.0, "errors": (0.0, 0.333)}, " us "),
+        ({"offset": -0.01999}, {"offset": -0.02001}, "take the offset away"),
+        ({"passes": [(9.0, 0.5), (9.0089, 0.5)]}, {"passes": [(9.0, 0.5), (9.0091, 0.5)]}, "kf"),
+        ({"passes": [(9.0, 0.5), (9.0, 0.4951)]}, {"passes": [(9.0, 0.5), (9.0, 0.4949)]}, "cf"),
+        ({"passes": [(2.0, 1.0)]}, {"passes": [(1.0, 1.0), (2.0, 1.0)]}, "kf by 1e+02 %"),
+        ({"passes": [(1.0, 1.0), (2.0, 1.0)], "through": False},
+         {"passes": [(1.0, 1.0), (2.0, 1.0)]}, "take more passes"),
+        ({"alike": 1, "rms": 0.001}, {"alike": 1, "rms": 0.00101}, "correlation 0.99"),
+    ],
+)  # fmt: skip
+def test_doubts_begin_at_their_borders(frames, within, beyond, told) -> None:
+    assert doubts(frames, **within) == []
+    (line,) = doubts(frames, **beyond)
+    assert told in line
+
+
+@pytest.mark.parametrize(("correlation", "said"), [(0.29, False), (0.31, True)])
+def test_neighbours_that_are_alike_are_doubted_from_three_tenths_on(frames, correlation, said):
+    left = np.zeros(100)
+    left[:2] = 1.0, (1.0 - np.sqrt(1.0 - 4.0 * correlation**2)) / (2.0 * correlation)
+    assert bool(doubts(frames, left=left, alike=1)) == said
+
+
+def test_drake_is_hit_with_the_pulse_that_was_measured(frames, monkeypatch) -> None:
+    """To the first sample that is zero again; once built, a rig is kept."""
+    from drake_racket.identify.frame import drake_difference
+
+    pulses, built = [], []
+
+    class Rig:
+        def run(self, pulse, **options):
+            pulses.append((pulse, options))
+            return xarray.Dataset({"acceleration": ("time", np.full(len(good.force), 7.0))})
+
+    def build(racket, direction, pulse, place):
+        built.append((direction, place))
+        return Rig()
+
+    monkeypatch.setattr(drake_difference, "make_hammer_rig", build)
+    frame, (kf, cf) = frames["in_plane"], truth("in_plane")
+    good = noisy(linear(frame, "in_plane"), 0)
+    difference = drake_difference.DrakeDifference(racket(), "in_plane", PLACE)
+    found = difference.acceleration(good, frame, kf, cf, 1.1)
+    made = frame.acceleration(1.1 * good.force, good.step, stiffness=kf, damping=cf)
+    np.testing.assert_allclose(found, 7.0 - made)
+    difference.acceleration(good, frame, kf, cf, 1.0)
+    assert built == [("in_plane", PLACE)]
+    (pulse, options), (again, _) = pulses
+    time, force = pulse.numbers.reshape(2, -1)
+    np.testing.assert_array_equal(force, 1.1 * good.force[: len(force)])
+    assert force[-1] == 0.0 != force[-2]
+    assert pulse.end == time[-1] == pytest.approx((len(force) - 1) * STEP)
+    assert pulse.peak == max(force)
+    assert pulse.impulse == pytest.approx(np.sum(0.5 * (force[1:] + force[:-1])) * STEP)
+    assert again.peak == pytest.approx(pulse.peak / 1.1)
+    assert options["joint"] == (kf, cf)
+    assert options["duration"] == pytest.approx((len(good.force) - 1) * STEP)
+    assert options["rate"] == pytest.approx(RATE)
+
+
+@pytest.mark.parametrize(("rate", "refused"), [(999.0, 1), (1001.0, 0), (1.99e5, 0), (2.01e5, 1)])
+def test_drake_takes_sample_rates_of_its_rig(rate, refused) -> None:
+    strike = SimpleNamespace(step=1.0 / rate, where="it")
+    with pytest.raises(InputError, match="sample rate") if refused else nullcontext():
+        check_rates([strike])
+
+
 # refusals
 
 
@@ -396,6 +518,56 @@ def test_bad_files_are_refused(tmp_path, case) -> None:
         read_hammer_record(path)
 
 
+@pytest.mark.parametrize("samples", [5, 6, 20, 41])
+def test_a_pulse_is_widened_by_half_its_length_on_either_side(samples) -> None:
+    """Up to where it is 5 % of its peak; the force is zero from there on."""
+    force = 5.0 * np.ones(len(TIME)) * (np.arange(len(TIME)) % 2)  # of 500 N: below 5 %
+    force[60 : 60 + samples] = 500.0
+    found = record(force, force + 1.0, duration=0.03)
+    foot = -(-samples // 2)
+    assert found.start == pytest.approx(TIME[60 - foot])
+    assert found.after == samples + 2 * foot
+    assert found.pulse == pytest.approx((samples - 1) * STEP)
+    np.testing.assert_array_equal(found.force[: found.after], force[60 - foot :][: found.after])
+    assert not found.force[found.after :].any()
+    assert len(found.force) == 601
+    ringing = found.ringing()
+    np.testing.assert_array_equal(ringing.value, found.acceleration[found.after :])
+    assert ringing.time[0] == pytest.approx((samples + 2 * foot) * STEP)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"samples": 4}, "4 samples in the pulse"),
+        ({"samples": 5}, ""),
+        ({"peak": 5000.0}, ""),
+        ({"peak": 5001.0}, "5000"),
+        ({"end": 60 + 20 + 10 + 40}, ""),
+        ({"end": 60 + 20 + 10 + 39}, "39 samples after"),
+        ({"jitter": 0.0499}, ""),
+        ({"jitter": 0.0502}, "off an even step"),
+        ({"duration": 0.0049}, "duration"),
+        ({"duration": 0.005}, ""),
+        ({"duration": 1.0}, ""),
+        ({"duration": 1.001}, "duration"),
+        ({"long": 0.0499}, ""),
+        ({"long": 0.0501}, "a pulse of"),
+    ],
+)
+def test_records_are_taken_up_to_their_borders(change, words) -> None:
+    samples, end = change.get("samples", 20), change.get("end", len(TIME))
+    time = TIME[0] + np.arange(len(TIME)) * STEP
+    force = np.zeros(len(TIME))
+    force[60 : 60 + samples] = change.get("peak", 500.0)
+    if "long" in change:
+        time = TIME[0] + np.arange(len(TIME)) * change["long"] / (samples - 1)
+    time[500] += change.get("jitter", 0.0) * STEP
+    duration = change.get("duration", 0.03 if "long" not in change else 1.0)
+    with pytest.raises(InputError, match=words) if words else nullcontext():
+        record(force[:end], force[:end] + 1.0, time[:end], duration=duration)
+
+
 def test_a_file_is_read_and_cut(frames, tmp_path) -> None:
     """Times rounded to a microsecond are an even grid."""
     good = linear(frames["in_plane"], "in_plane")
@@ -430,3 +602,17 @@ def test_dataset_and_figure_show_the_fit(frames) -> None:
     assert shown[0] == pytest.approx(1e3 * float(data["fitted_from"][0]))
     assert len(model.get_xdata()) == len(shown)
     assert "N m s/rad" in figure.axes[2].get_title()
+    first = data.isel(strike=0)
+    remains, zero = figure.axes[3].get_lines()
+    np.testing.assert_array_equal(
+        remains.get_ydata(), (first["model"] - first["acceleration"])[-len(shown) :]
+    )
+    assert list(zero.get_ydata()) == [0.0, 0.0]
+    share = 100.0 * fitted.relative_rms
+    assert (
+        figure.axes[3].get_title() == f"RMS {fitted.rms:.3g} m/s², {share:.2g} % of the ringing's"
+    )
+    hit = figure.axes[0].get_lines()[0]
+    assert hit.get_xdata()[-1] == pytest.approx(1.5 * shown[0], abs=1e3 * STEP)
+    assert max(hit.get_ydata()) == float(first["force"].max())
+    assert figure.axes[0].get_title() == "in plane, 60 mm from the butt"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,9 +13,17 @@ import pytest
 from drake_racket.engines.clamped.batch import make_bed, make_impacts, run
 from drake_racket.identify.core.problem import Parameter
 from drake_racket.identify.core.search import Search
+from drake_racket.identify.report import directory
 from drake_racket.identify.report.outputs import write_friction
+from drake_racket.identify.strings import friction as friction_module
 from drake_racket.identify.strings.angle_table import AngleTable, read_angles
-from drake_racket.identify.strings.friction import FrictionFit, FrictionProblem, fit_friction
+from drake_racket.identify.strings.friction import (
+    LITTLE,
+    FrictionFit,
+    FrictionProblem,
+    _warnings,
+    fit_friction,
+)
 from drake_racket.io.errors import InputError
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.racket import load_racket
@@ -73,6 +82,45 @@ def test_friction_of_a_sliding_ball_in_closed_form(sliding: FrictionFit) -> None
         slope = 100.0 * sliding.sensitivity[name]  # deg per 1
         half = 0.5 * (e.interval[1] - e.interval[0])
         assert half == pytest.approx(1.96 * 0.1 / slope, rel=0.02)
+
+
+@pytest.mark.parametrize("options", [None, ONE])
+def test_options_left_out_are_a_searchs_own(monkeypatch, options) -> None:
+    asked = []
+
+    def spy(problem, options, *rest):
+        asked.append(options)
+        return found(problem, ONE, *rest)
+
+    found = friction_module.search
+    monkeypatch.setattr(friction_module, "search", spy)
+    fit_friction(sliding_table(60.0, 0.1), load_racket(), load_ball(), options=options)
+    assert asked == [Search() if options is None else ONE]
+
+
+def test_a_coefficient_at_its_bound_is_bounded_on_one_side() -> None:
+    start = {"mu1": 0.36, "mu2": 0.4, "mu3": 0.41}
+    options = {"options": ONE, "bounds": (0.35, 1.5), "start": start}
+    fitted = fit_friction(sliding_table(60.0, 0.1), load_racket(), load_ball(), **options)
+    found = fitted.estimates["mu1"]
+    assert (found.value, found.interval[0]) == (0.35, -math.inf)
+    assert 0.35 < found.interval[1] < 0.351
+    assert fitted.estimates["mu2"].value == pytest.approx(TRUE["mu2"], rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("slope", "told"),
+    [(0.0101 / LITTLE * 0.1, ""), (0.0099 / LITTLE * 0.1, "moves it by"), (0.0, "its whole range")],
+)
+def test_a_coefficient_that_angles_hardly_tell_is_named(sliding, slope, told) -> None:
+    all_slide = np.ones(3, dtype=bool)
+    texts = _warnings(sliding.problem, all_slide, {"mu1": slope})
+    assert len(texts) == bool(told)
+    if told:
+        assert told in texts[0]
+        assert texts[0].startswith("mu1: an error of 0.1 deg")
+    some = np.array([True, False, False])
+    assert "in 2 of 3 impacts the ball stops sliding" in _warnings(sliding.problem, some, {})[0]
 
 
 def test_intervals_of_unknown_noise_are_students() -> None:
@@ -140,6 +188,25 @@ def test_files_of_a_fit(sticking: FrictionFit, tmp_path: Path) -> None:
     assert racket.string_bed == load_racket().string_bed
 
 
+def test_a_report_is_in_degrees_throughout(sticking: FrictionFit, tmp_path: Path, monkeypatch):
+    drawn = {}
+    keep = lambda figure, path: drawn.update({path.stem: figure})  # noqa: E731
+    monkeypatch.setitem(directory._WRITERS, ".png", keep)
+    write_friction(sticking, tmp_path, "2011-06-30")
+    assert {"rebound_angles", "residuals", "correlation"} <= set(drawn)
+    (axes,) = drawn["residuals"].axes
+    points = [line for line in axes.lines if line.get_label().startswith("point")]
+    shown = [float(line.get_ydata()[0]) for line in points]
+    assert shown == pytest.approx(list(sticking.result.residuals), rel=1e-12)
+    assert {float(line.get_xdata()[0]) for line in points} == {17.0}
+    assert axes.get_ylabel() == "model - measured [deg]"
+    text = (tmp_path / "report.md").read_text()
+    assert "In 0 of 3 impacts the ball slides until it leaves." in text
+    for name, slope in sticking.sensitivity.items():
+        assert f"| {name} | {slope:.3g} |" in text
+    assert f"RMS difference {sticking.rms:.3g} deg over 3 measured values" in text
+
+
 HEADER = "point,approach_speed [m/s],incidence [deg],azimuth [deg],rebound_angle [deg]"
 REFUSED = {
     "unit": ([HEADER.replace("incidence [deg]", "incidence [gon]"), "5,31,70,90,60"], "incidence"),
@@ -152,6 +219,25 @@ REFUSED = {
     "column": (["point,approach_speed [m/s],incidence [deg]", "5,31,60"], "rebound_angle"),
     "stroke": (["point,stroke,angle_reading,rebound_angle [deg]", "5,lob,from_plane,70"], "lob"),
 }
+
+
+@pytest.mark.parametrize(
+    ("row", "good", "bad"),
+    [
+        ("5,31,{},90,60,1", ("0.1", "89"), ("0.099", "89.1")),
+        ("5,31,60,{},60,1", ("-360", "360"), ("-361", "361")),
+        ("5,31,60,90,{},1", ("-90", "90"), ("-90.1", "90.1")),
+        ("5,31,60,90,60,{}", ("0.001", "45"), ("0", "45.1")),
+    ],
+)
+def test_angles_are_taken_up_to_their_borders(tmp_path, row, good, bad) -> None:
+    path = tmp_path / "t.csv"
+    for text in (*good, *bad):
+        path.write_text(f"{HEADER},standard_deviation [deg]\n{row.format(text)}\n")
+        with pytest.raises(InputError, match="row 2") if text in bad else nullcontext():
+            assert len(read_angles(path).points) == 1
+    path.write_text(f"{HEADER.replace(',azimuth [deg]', '')}\n5,31,60,50\n")
+    assert read_angles(path).azimuth.tolist() == [90.0]
 
 
 @pytest.mark.parametrize("name", REFUSED)

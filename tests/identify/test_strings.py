@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from drake_racket.engines.clamped.batch import make_bed, make_impacts, run
 from drake_racket.identify.core.estimate import Estimate
 from drake_racket.identify.core.search import Search
+from drake_racket.identify.report import directory
 from drake_racket.identify.report.outputs import write_string_bed
 from drake_racket.identify.report.parameter_file import Provenance, fitted_racket, write_parameters
+from drake_racket.identify.strings import string_bed as string_bed_module
 from drake_racket.identify.strings.restitution_table import RestitutionTable, read_restitution
 from drake_racket.identify.strings.string_bed import (
     StringBedFit,
@@ -21,9 +25,11 @@ from drake_racket.identify.strings.string_bed import (
     fit_tension,
     free_parameters,
 )
+from drake_racket.identify.strings.table_rows import beyond
 from drake_racket.io.errors import InputError
 from drake_racket.io.files import write_table
 from drake_racket.parameters.ball import load_ball
+from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.racket import load_racket, read_racket
 from drake_racket.rigs.head_clamped import normal_impacts
 from studies.identification_recovery import recovery
@@ -60,6 +66,20 @@ def oracle() -> RestitutionTable:
 @pytest.fixture(scope="module")
 def fitted(oracle: RestitutionTable) -> StringBedFit:
     return fit_tension(oracle, load_racket("tour", "low"), load_ball(), options=ONE)
+
+
+@pytest.mark.parametrize("options", [None, ONE])
+def test_options_left_out_are_a_searchs_own(oracle, monkeypatch, options) -> None:
+    asked = []
+
+    def spy(problem, options, *rest):
+        asked.append(options)
+        return found(problem, ONE, *rest)
+
+    found = string_bed_module.search
+    monkeypatch.setattr(string_bed_module, "search", spy)
+    fit_string_bed(oracle, load_racket("tour", "low"), load_ball(), free=["T0"], options=options)
+    assert asked == [Search() if options is None else ONE]
 
 
 def test_tension_alone_from_independent_data(fitted: StringBedFit) -> None:
@@ -116,6 +136,18 @@ def test_mean_of_repeats_by_hand(tmp_path: Path) -> None:
     np.testing.assert_allclose(mean.sigma, [s / 20.0 / 2.0, s / 30.0 / np.sqrt(2.0)])
 
 
+def test_mean_of_repeats_without_scatter_or_with_their_own_errors(tmp_path: Path) -> None:
+    """Repeats that are alike to the last digit say nothing of the scatter."""
+    rows = ("5,20.0,0.80,1", "5,20.0,0.80,2", "7,30.0,0.75,1")
+    path = write(tmp_path / "t.csv", HEADER + ",repeat", *rows)
+    mean = read_restitution(path).averaged()
+    assert mean.sigma is None
+    assert mean.repeats.tolist() == [2, 1]
+    own = [f"{row},{error}" for row, error in zip(rows, ("0.03", "0.04", "0.02"), strict=True)]
+    path = write(tmp_path / "t.csv", HEADER + ",repeat,standard_deviation", *own)
+    assert read_restitution(path).averaged().sigma == pytest.approx([0.025, 0.02])
+
+
 def test_error_of_a_ratio_of_speeds() -> None:
     rng = np.random.default_rng(0)
     v, w = 20.0 + 0.1 * rng.standard_normal(200_000), 16.0 + 0.1 * rng.standard_normal(200_000)
@@ -168,6 +200,34 @@ def test_bad_tables_are_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message) as caught:
         read_restitution(write(tmp_path / "t.csv", *lines))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "good", "bad"),
+    [
+        (HEADER, "5,{},0.8", ("1", "100"), ("0.99", "100.1")),
+        (HEADER, "{},20,0.8", ("1", "9"), ("0", "10")),
+        (HEADER, "5,20,{}", ("0.001", "1"), ("0", "1.001")),
+        (HEADER + ",standard_deviation", "5,20,0.8,{}", ("0.001", "0.5"), ("0", "0.501")),
+        (HEADER + ",rebound_speed [m/s]", "5,20,{},16", ("0.8",), ("0.9",)),
+    ],
+)
+def test_numbers_of_a_table_are_taken_up_to_their_borders(tmp_path, header, row, good, bad) -> None:
+    for text in good:
+        assert len(read_restitution(write(tmp_path / "t.csv", header, row.format(text))).points)
+    for text in bad:
+        with pytest.raises(InputError, match="row 2"):
+            read_restitution(write(tmp_path / "t.csv", header, row.format(text)))
+
+
+def test_normal_speeds_beyond_the_balls_are_told() -> None:
+    """From 1.5 m/s on below 18 and above 33 m/s."""
+    ball = load_ball()
+    assert beyond(np.array([16.51, 25.0, 34.49]), ball) == []
+    (low,) = beyond(np.array([16.49, 25.0, 16.0]), ball)
+    assert low.startswith("2 of 3 rows at normal speeds of 16 to 16.5 m/s, outside the ball's 18")
+    (high,) = beyond(np.array([25.0, 34.51]), ball)
+    assert high.startswith("1 of 2 rows at normal speeds of 34.5 to 34.5 m/s")
 
 
 def test_missing_file_is_refused(tmp_path: Path) -> None:
@@ -292,6 +352,42 @@ def test_files_of_a_fit(fitted: StringBedFit, tmp_path: Path) -> None:
     rows = (tmp_path / "residuals.csv").read_text().splitlines()
     assert len(rows) == 1 + len(fitted.problem.table.points)
     assert "T0" in (tmp_path / "report.md").read_text()
+
+
+def test_what_is_modelled_is_the_fitted_bed(oracle: RestitutionTable) -> None:
+    """Of a table that no tension meets."""
+    off = np.array([0.01, -0.01, 0.02, 0.0])
+    table = dataclasses.replace(oracle, restitution=oracle.restitution + off)
+    bed = load_racket("tour", "low")
+    fitted = fit_string_bed(table, bed, load_ball(), free=["T0"], options=ONE)
+    data, tension = fitted.to_dataset(), fitted.estimates["T0"].value
+    bed = apply_overrides(bed, {"racket.string_bed.initial_tension": tension})
+    impacts = make_impacts(bed, load_ball(), table.points, table.speeds)
+    expected = run([make_bed(bed)], impacts).restitution(impacts)[0]
+    np.testing.assert_allclose(data["restitution_modelled"], expected, rtol=1e-6)
+    np.testing.assert_array_equal(data["restitution_measured"], table.restitution)
+    assert fitted.rms == pytest.approx(np.sqrt(np.mean((expected - table.restitution) ** 2)))
+
+
+def test_a_report_is_in_per_cent_throughout(fitted: StringBedFit, tmp_path: Path, monkeypatch):
+    drawn = {}
+    keep = lambda figure, path: drawn.update({path.stem: figure})  # noqa: E731
+    monkeypatch.setitem(directory._WRITERS, ".png", keep)
+    write_string_bed(fitted, tmp_path, "2011-06-30")
+    assert set(drawn) == {"restitution", "residuals", "estimates", "convergence"}  # one number
+    residuals = 100.0 * fitted.result.residuals
+    (axes,) = drawn["residuals"].axes
+    points = [line for line in axes.lines if line.get_label().startswith("point")]
+    at = {(float(x), float(y)) for line in points for x, y in zip(*line.get_data(), strict=True)}
+    assert at == {*zip(fitted.problem.table.speeds, map(float, residuals), strict=True)}
+    assert axes.get_ylabel() == "model - measured [%]"
+    lowest = min(min(line.get_ydata()) for line in drawn["convergence"].axes[0].lines)
+    assert lowest == pytest.approx(100.0 * fitted.rms)
+    text = (tmp_path / "report.md").read_text()
+    assert f"RMS difference {100.0 * fitted.rms:.3g} % of restitution over 4 measured" in text
+    assert f"| 7 | {abs(residuals[3]):.3g} |" in text
+    assert f"| 33 | {abs(residuals[1]):.3g} |" in text
+    assert "Intervals: 95 %, likelihood profile" in text
 
 
 def test_undetermined_values_are_marked(tmp_path: Path) -> None:

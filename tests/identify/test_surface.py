@@ -124,10 +124,25 @@ def test_a_table_is_read(tmp_path):
     assert table.angle_sd.tolist() == [0.5, 0.5]
 
 
+def test_numbers_of_a_table_are_taken_up_to_their_borders(tmp_path):
+    path = tmp_path / "spins.csv"
+    rows = ["1,0.1,-20000,-90,-20000,0", "100,85,20000,90,20000,0"]
+    path.write_text(GOOD + "\n".join(rows) + "\n")
+    table = read_spins(path)
+    assert table.incidence.tolist() == [0.1, 85.0]
+    assert table.spin_after.tolist() == [-20000.0, 20000.0]
+    assert table.spin_sd.tolist() == [50.0, 50.0]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         (GOOD + "25,90,0,12,1500,0\n", "incidence: got 90"),
+        (GOOD + "25,85.1,0,12,1500,0\n", r"incidence: got 85\.1"),
+        (GOOD + "25,0.09,0,12,1500,0\n", r"incidence: got 0\.09"),
+        (GOOD + "25,40,-20001,12,1500,0\n", "spin: got -20001"),
+        (GOOD + "25,40,0,90.1,1500,0\n", r"rebound_angle: got 90\.1"),
+        (GOOD + "25,40,0,-90.1,1500,0\n", r"rebound_angle: got -90\.1"),
         (GOOD + "25,40,0,12,30000,0\n", "spin_after: got 30000"),
         (GOOD + "100.5,40,0,12,1500,0\n", "speed: got 100.5"),
         (GOOD + "0.995,40,0,12,1500,0\n", "speed: got 0.995"),

@@ -471,6 +471,7 @@ def refused(overrides: Any, *said: str, **scenario: Any) -> None:
         ({"racket.string_bed.rim_semi_axis_y": 0.05}, ("rim_semi_axis_y: got 0.05", "corner")),
         ({"ball.speed_low": 40.0}, ("ball.speed_low: got 40.0", "above 40")),
         ({"ball.damping_growth": -1.5}, ("ball.damping_growth: got -1.5", "more than -1")),
+        ({"ball.stiffness_growth": -1.0}, ("ball.stiffness_growth: got -1.0", "more than -1")),
         (
             {"ball.mass": 0.06, "racket.head.com": -1.0, "racket.head.mass": 0.2},
             ("racket.head.com: got -1.0",),

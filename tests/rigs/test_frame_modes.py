@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import dataclasses
 import subprocess
@@ -453,14 +454,15 @@ def test_dataset_is_labelled_normalised_and_survives_netcdf(tmp_path, support):
 
 
 def test_fundamentals_table_holds_every_case_once():
-    table = frame_modes.fundamentals_table(rackets=["tour"], joint_readings=["by_axis"])
+    grip = load_grip().scaled(2.0, 3.0)
+    table = frame_modes.fundamentals_table(rackets=["tour"], joint_readings=["by_axis"], grip=grip)
     assert dict(table.sizes) == {
         "racket": 1, "joint_reading": 1, "strung": 2, "support": 4, "plane": 2,
     }  # fmt: skip
     assert np.all(np.isfinite(table["frequency"]))
     assert np.all(np.isfinite(table["difference"]) == (table["support"] == "free"))
     row = table.sel(racket="tour", joint_reading="by_axis", strung=True, support="grip")
-    modes = solve(load_racket(), support="grip")
+    modes = solve(load_racket(), support="grip", grip=grip)
     at = [modes.bending(plane) for plane in PLANES]
     assert row["frequency"].to_numpy() == pytest.approx(modes.frequencies[at])
     assert row["damping_ratio"].to_numpy() == pytest.approx(modes.damping_ratios[at])
@@ -531,6 +533,24 @@ def test_a_sweep_refuses_a_grip_that_leaves_a_motion_free():
     assert solve(load_racket(), support="grip", grip=hinge).rigid_motions == 1
     nothing = GripStiffness(**{**vars(grip.scaled(0.0, 0.0))})
     assert solve(load_racket(), support="grip", grip=nothing).rigid_motions == 6
+
+
+@pytest.mark.parametrize(
+    ("factors", "refused"),
+    [
+        ([1e-6, 1e8], ""),
+        ([0.999e-6, 1.0], "factors from 1e-6 to 1e8"),
+        ([1.0, 1.001e8], "factors from 1e-6 to 1e8"),
+        ([1.0, 1.0], "rising factors"),
+        ([0.0, 1.0], "factor"),
+        ([], "1 to 1000 factors"),
+        (range(1, 1001), ""),
+        (range(1, 1002), "1 to 1000 factors"),
+    ],
+)
+def test_factors_of_a_sweep_have_borders(factors, refused):
+    with pytest.raises(InputError, match=refused) if refused else contextlib.nullcontext():
+        mode_comparisons._check_sweep(load_grip(), list(factors))
 
 
 def test_figures_mark_what_the_data_hold(tmp_path):

@@ -274,6 +274,7 @@ def test_hammer_force_is_zero_outside_the_pulse() -> None:
 def test_bad_numbers_are_refused() -> None:
     racket = load_racket("tour")
     rig = make_hammer_rig(racket, "in_plane")
+    late = make_hammer_rig(racket, "in_plane", sampled_pulse(triangle(30e3, -0.37)))
     for call, words in (
         (lambda: half_sine(0.0), "peak"),
         (lambda: half_sine(np.nan), "peak"),
@@ -284,6 +285,10 @@ def test_bad_numbers_are_refused() -> None:
         (lambda: rig.run(engine="mujoco"), "engine"),
         (lambda: rig.run(engine="compiled", settings=STEP), "engine"),
         (lambda: rig.run(duration=5e-4), "duration"),
+        (lambda: late.run(duration=1e-3), "duration: got 0.001; allowed: longer than the pulse's"),
+        (lambda: rig.run(duration=1.001), "duration"),
+        (lambda: rig.run(rate=999.0), "rate"),
+        (lambda: rig.run(rate=2.001e5), "rate"),
         (lambda: rig.run(rate=10.0), "rate"),
         (lambda: rig.run(joint=(np.nan, 0.0)), "kf"),
         (lambda: rig.run(joint=(1.0, -1.0)), "cf"),

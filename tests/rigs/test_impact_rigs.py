@@ -120,6 +120,22 @@ def test_map_reads_what_a_single_impact_gives():
     assert float(at["handle_ringing"]) == pytest.approx(np.sqrt(np.mean(z**2)), rel=2e-3)
 
 
+def test_maps_begin_at_the_base_case_or_the_users(monkeypatch):
+    sweeps = []
+    module = sys.modules[moving_racket_scenario.__module__]
+    monkeypatch.setattr(module, "run_grid", lambda sweep, **_: sweeps.append(sweep))
+    base = dataclasses.replace(moving_racket_scenario(), speed=21.0)
+    for own in (None, base):
+        restitution_map(base=own)
+        along_axis([-0.02, 0.01], base=own)
+    for plain, users, count in ((sweeps[0], sweeps[2], 2 * 2 * 9), (sweeps[1], sweeps[3], 2 * 2)):
+        assert len(plain) == len(users) == count
+        assert users.base == dataclasses.replace(plain.base, speed=21.0)
+        assert (plain.base.speed, plain.base.after, plain.base.approach_time) == (25.0, 0.03, 1e-4)
+        assert not plain.base.audit
+    assert (sweeps[1].base.support, sweeps[1].base.point) == ("free", "auto")
+
+
 def test_a_clamped_handle_does_not_move():
     dataset = restitution_map(rackets=["tour"], supports=["clamped_handle"], points=[5])
     assert float(dataset["peak_handle_acceleration"].squeeze()) == 0.0
@@ -134,7 +150,7 @@ def test_axis_offsets_are_symmetric_and_within_the_rim(step):
     assert 0.13 <= offsets[-1] < rim
 
 
-@pytest.mark.parametrize("step", [0.0, -0.01, 1.0, float("nan")])
+@pytest.mark.parametrize("step", [0.0, -0.01, 0.999e-3, 0.1401, 1.0, float("nan")])
 def test_bad_axis_steps_are_refused(step):
     with pytest.raises(InputError, match="step"):
         axis_offsets(step)

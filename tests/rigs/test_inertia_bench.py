@@ -6,6 +6,8 @@ import math
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -509,8 +511,30 @@ def test_specimens_are_as_long_as_printed():
     assert lengths == pytest.approx([0.356, 0.330, 0.686, 0.686])
 
 
+def test_an_error_by_bending_is_that_of_the_moment(monkeypatch):
+    """Of the square of the period, racket by racket and axis by axis."""
+    periods = {"transverse": 1.002, "frontal": 1.001}
+    asked = []
+
+    def period(first, axis, *, pivot, amplitude, flexible):
+        asked.append((axis, pivot, amplitude))
+        return SimpleNamespace(period=1.5 * (periods[axis] if flexible else 1.0))
+
+    module = sys.modules[swing_history.__module__]
+    monkeypatch.setattr(module, "swing", partial(period, flexible=False))
+    monkeypatch.setattr(module, "swing_flexible_frame", partial(period, flexible=True))
+    found = module.bending_error(("tour",), amplitude=0.2)
+    assert found.to_numpy()[0] == pytest.approx([0.004004, 0.002001], rel=1e-9)
+    assert found["axis"].to_numpy().tolist() == ["transverse", "frontal"]
+    assert set(asked) == {(axis, 0.1016, 0.2) for axis in periods}
+
+
 def test_the_history_marks_its_crossings():
     history = swing_history("recreational", "head", "frontal", oscillations=1)
+    assert float(history["angle"][0]) == pytest.approx(np.radians(10.0))
+    assert history.attrs["title"] == "Pendulum: recreational racket, head, frontal axis at 0 m"
+    butt = swing_history("tour", "handle", "transverse", oscillations=1).attrs["title"]
+    assert butt.endswith("at 0 m")
     angle = np.interp(history["crossing"], history["time"], history["angle"])
     assert np.abs(angle).max() < 1e-6
     timed = history["crossing"].to_numpy()[history.attrs["first_timed_crossing"] - 1 :]

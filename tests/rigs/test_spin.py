@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray
 
 from drake_racket.io.progress import Progress
 from drake_racket.parameters.ball import load_ball
@@ -59,6 +61,53 @@ def test_slip_limits_grow_with_friction_and_are_near_the_rigid_ones():
     near = spin_over_incidence(incidences=[limits[0] - 0.5, limits[0] + 0.5], frictions=[0.25])
     below, above = near["sliding"].to_numpy()[0]
     assert below < 1.0 - 1e-9 < above
+
+
+@pytest.mark.parametrize("limit", [20.0, 30.001, 47.3, 61.2, 79.9, 90.0])
+@pytest.mark.parametrize("within", [0.05, 2.0])
+def test_a_limit_is_found_wherever_it_is(monkeypatch, limit, within):
+    """In the middle of an interval as narrow as was asked, between 30 and 80 degrees."""
+    asked = []
+
+    def made(racket, ball, *, speed, incidences, frictions):
+        asked.append((speed, frictions, incidences[0], incidences[-1]))
+        beyond = np.array([incidences]) >= limit
+        sliding = np.where(beyond, 1.0, 0.98)
+        data = {"sliding": sliding, "surface_speed": np.where(beyond, 1.0, -1.0)}
+        return xarray.Dataset({k: (("friction", "incidence"), v) for k, v in data.items()})
+
+    monkeypatch.setattr(sys.modules[slip_limit.__module__], "spin_over_incidence", made)
+    for find in (slip_limit, rolling_limit):
+        asked.clear()
+        found = find(0.3, speed=31.0, within=within)
+        assert asked[0] == (31.0, [0.3], 30.0, 80.0)
+        low, high = asked[-1][2:]
+        if not 30.0 < limit < 80.0:
+            assert found == min(max(limit, 30.0), 80.0)
+            continue
+        assert abs(found - limit) <= 0.5 * within + 1e-9
+        step = (high - low) / 11.0
+        assert step <= within < high - low
+        ends = low + step * np.floor((limit - low) / step + np.array([0.0, 1.0]))
+        assert found == pytest.approx(ends.mean(), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("sliding", "surface", "slips", "rolls"),
+    [(1.0, 1.0, 30.0, 30.0), (1.0, -1.0, 30.0, 80.0), (0.999, 1.0, 80.0, 80.0)],
+)
+def test_a_ball_beyond_the_limit_slides_to_the_end_and_goes_on(
+    monkeypatch, sliding, surface, slips, rolls
+):
+    def made(racket, ball, *, incidences, **_):
+        data = {"sliding": sliding, "surface_speed": surface}
+        shape = (1, len(incidences))
+        return xarray.Dataset(
+            {k: (("friction", "incidence"), np.full(shape, v)) for k, v in data.items()}
+        )
+
+    monkeypatch.setattr(sys.modules[slip_limit.__module__], "spin_over_incidence", made)
+    assert (slip_limit(0.3), rolling_limit(0.3)) == (slips, rolls)
 
 
 def test_the_section_has_what_was_fitted_and_what_was_not():

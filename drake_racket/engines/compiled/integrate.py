@@ -205,7 +205,7 @@ def longer(used: float, before: float, order: float, refused: bool) -> float:
     if used == 0.0:
         return 1.0 if refused else 5.0
     factor = 0.9 * used ** (0.75 * STEADY - 1.0 / order) * before**STEADY
-    return min(1.0 if refused else 5.0, max(0.2, factor))
+    return float(min(1.0 if refused else 5.0, max(0.2, factor)))
 
 
 @compilable

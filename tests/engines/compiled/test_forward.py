@@ -7,12 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from drake_racket.engines.compiled.tangents.forward import (
-    NUMBER,
-    NotDifferentiable,
-    Tangents,
-    array,
-)
+from drake_racket.engines.compiled.tangents.forward import Tangents
+from drake_racket.engines.compiled.tangents.kinds import NUMBER, NotDifferentiable, array
 from drake_racket.engines.compiled.tangents.lanes import LANES, load, store
 from drake_racket.laws.compilation import HAS_NUMBA, compilable, compiled
 from drake_racket.laws.contact import contact_law, contact_partials

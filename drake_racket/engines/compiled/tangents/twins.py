@@ -5,7 +5,8 @@ from __future__ import annotations
 from drake_racket.engines.compiled import integrate
 from drake_racket.engines.compiled.dynamics import events, rates
 from drake_racket.engines.compiled.dynamics.layout import TABLES
-from drake_racket.engines.compiled.tangents.forward import NUMBER, Kind, Tangents, array
+from drake_racket.engines.compiled.tangents.forward import Tangents
+from drake_racket.engines.compiled.tangents.kinds import NUMBER, Kind, array
 
 _KINDS = [array(1 if columns == 0 else 2) if kind else None for kind, _, columns in TABLES]
 _TABLES: Kind = ("tuple", (*_KINDS, None, array(1)))
