@@ -105,3 +105,32 @@ def test_a_wrong_key_names_the_near_one(tmp_path: pathlib.Path) -> None:
         InputError, match=r"swing\.yaml: sped: got 'an unknown key'; allowed: speed"
     ):
         load_scenario(str(path))
+
+
+HELD = Scenario(support="grip")
+
+
+@pytest.mark.parametrize(
+    ("base", "changes", "shared"),
+    [
+        (Scenario(), {"speed": 30.0, "point": "2", "tension": "high"}, True),
+        (Scenario(), {"grip_kind": "torsional"}, True),  # nobody holds it
+        (Scenario(), {"overrides": {"racket.head.mass": 0.17, "ball.mass": 0.06}}, True),
+        (Scenario(), {"limb": LimbSettings(model="other.xml")}, True),
+        (HELD, {"overrides": {"grip.torque_stiffness.x": 5.0}}, True),
+        (HELD, {"grip": "hand_light"}, False),  # whose hand has a place
+        (HELD, {"grip_kind": "torsional"}, False),
+        (Scenario(), {"support": "clamped_head"}, False),
+        (Scenario(), {"contact": "surface"}, False),
+        (Scenario(), {"friction_reading": "element"}, False),
+        (Scenario(), {"time_step": 2e-5}, False),
+        (Scenario(), {"gravity": (0.0, 0.0, -1.0)}, False),
+        (Scenario(), {"audit": False}, False),
+        (Scenario(), {"racket": "recreational"}, False),
+        (Scenario(), {"overrides": {"racket.handle.length": 0.35}}, False),
+        (Scenario(), {"overrides": {"racket.frame.segments": 3}}, False),
+    ],
+)
+def test_which_cases_share_a_diagram(base: Scenario, changes: dict[str, Any], shared: bool) -> None:
+    other = dataclasses.replace(base, **changes)
+    assert (resolve(base).topology == resolve(other).topology) == shared

@@ -39,6 +39,12 @@ def _axes(axes: Any) -> dict[str, Any]:
     }
     if axes.axison:
         found["ticks"] = [_ticks(axes.xaxis), _ticks(axes.yaxis)]
+        numbers = axes.xaxis.get_tick_params(), axes.yaxis.get_tick_params()
+        found["without numbers"] = [
+            side
+            for side, one in zip(("labelbottom", "labelleft"), numbers, strict=True)
+            if not one.get(side, True)
+        ]
         found["spines"] = [name for name, s in axes.spines.items() if s.get_visible()]
     legend = axes.get_legend()
     if legend is not None:

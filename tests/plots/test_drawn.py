@@ -12,6 +12,7 @@ import drake_racket as dr
 from drake_racket.io.signals import Signal
 from drake_racket.plots import impact_figure
 from drake_racket.plots.log.figures import LOG_FIGURES, check_log
+from drake_racket.plots.log.impact import contact_window
 from drake_racket.plots.log.overlay import overlay_figure
 from drake_racket.plots.rigs import (
     force_plate,
@@ -124,6 +125,13 @@ def test_logs_over_each_other(log, held):
         other = other.drop_vars("hand_force")
     figure = overlay_figure({"one $1": log, "two": other})
     check_record(drawn(figure), RECORDS / f"overlay_{held}.json")
+
+
+def test_a_contact_ends_at_the_first_sample_without_it(log):
+    once = log.isel(time=np.append(np.diff(log["time"]) > 0.0, True))
+    assert contact_window(once) == pytest.approx((0.0, 5.0))
+    assert contact_window(once.sel(time=slice(None, 0.00405))) == pytest.approx((0.0, 4.0))
+    assert contact_window(once.sel(time=slice(None, -0.001))) == (0.0, 0.0)
 
 
 def test_what_a_log_lacks_for_a_figure(log):
