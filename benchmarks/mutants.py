@@ -2,13 +2,11 @@
 
     python benchmarks/mutants.py [--modules laws/contact.py limbs ...] [--each 1] [--core 4]
                                  [--seed 1] [--reached reach.jsonl] [--out mutants.jsonl] [--again]
+    python benchmarks/mutants.py --table mutants.jsonl more.jsonl [--page docs/mutants.md]
 
-A mutant is one random change in a function's code: a comparison or its border, an arithmetic sign
-or operator, `and` for `or`, a `not` taken away, a number by 1 % (a whole one by 1), a branch turned
-round. Texts, annotations, `__repr__`, what errors say, how a figure looks, and what only types see
-are let be. The same seed gives the same mutants of the same source; what `--out` has already is
-not run again (`--again`: but for what survived). The package is copied first: the working tree is
-never touched.
+A mutant is one random change in a function's code (`benchmarks/mutations.py`). The same seed gives
+the same mutants of the same source; what `--out` has already is not run again (`--again`: but for
+what survived). The package is copied first: the working tree is never touched.
 
 Which tests? Those that `--reached` has on the changed lines (`benchmarks/reached.py` writes that
 file in one run of the default tests), the quickest first, those of the mirrored folder before all
@@ -18,17 +16,18 @@ all others that pass over it. Where a change would be compiled anew, `INTERPRETE
 tests run with numba's compiler off. Slow tests are left out.
 
 The outcome goes to `--out`, a line a mutant, and a table by room to standard output: found, of how
-many, and each survivor with its line, to be killed by a test or to be named as equivalent.
+many, and each survivor with its line, to be killed by a test or to be named as equivalent. Without
+running anything, `--table FILE ...` counts the outcomes of several files, the last of each mutant;
+what `--page` lists under "No change at all", by module and line, is counted apart.
 """
 
 from __future__ import annotations
 
 import argparse
-import ast
-import copy
 import json
 import os
 import random
+import re
 import resource
 import shutil
 import signal
@@ -37,7 +36,7 @@ import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
 
 import hypothesis  # noqa: F401  this and the others are imported once, for all forks
@@ -48,6 +47,7 @@ import pydrake.all  # noqa: F401
 import pytest
 import scipy.optimize  # noqa: F401
 import xarray  # noqa: F401
+from mutations import Mutant, mutate
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE, TESTS = ROOT / "drake_racket", ROOT / "tests"
@@ -108,153 +108,6 @@ BESIDE = {
 }  # fmt: skip
 """Tests of a module or room in place of those of its own file; the first key that fits counts."""
 
-COMPARISONS: dict[type[ast.cmpop], list[type[ast.cmpop]]] = {
-    ast.Lt: [ast.LtE, ast.GtE],
-    ast.LtE: [ast.Lt, ast.Gt],
-    ast.Gt: [ast.GtE, ast.LtE],
-    ast.GtE: [ast.Gt, ast.Lt],
-    ast.Eq: [ast.NotEq],
-    ast.NotEq: [ast.Eq],
-    ast.In: [ast.NotIn],
-    ast.NotIn: [ast.In],
-    ast.Is: [ast.IsNot],
-    ast.IsNot: [ast.Is],
-}
-OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
-    ast.Add: ast.Sub,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Div,
-    ast.Div: ast.Mult,
-    ast.Pow: ast.Mult,
-}
-_SILENT = {"__repr__", "shown", "_repr_html_", "_repr_mimebundle_"}
-_LOOKS = {
-    "alpha", "bottom", "color", "constrained_layout", "dpi", "figsize", "fontsize", "height",
-    "height_ratios", "hspace", "indent", "left", "linestyle", "linewidth", "lw", "marker",
-    "markersize", "ms", "ncol", "ncols", "nrows", "pad", "right", "rotation", "s", "stacklevel",
-    "top", "width", "width_ratios", "wspace", "xytext", "zorder",
-}  # fmt: skip
-"""Keywords of figures and texts that say how something looks."""
-
-
-@dataclass
-class Mutant:
-    """Holds one change: where, from what to what, and whether a test noticed it."""
-
-    module: str
-    line: int
-    before: str
-    after: str
-    lines: list[int] = field(default_factory=list)
-    found: bool = False
-    by: str = ""
-    seconds: float = 0.0
-
-    @property
-    def key(self) -> tuple[str, int, str, str]:
-        """Tells it from other mutants."""
-        return self.module, self.line, self.before, self.after
-
-
-def sites(tree: ast.AST) -> Iterator[tuple[ast.AST, str]]:
-    """Nodes that can be changed, with the kind of change."""
-    texts = {id(n) for node in ast.walk(tree) for n in _left_alone(node)}
-    for node in ast.walk(tree):
-        if id(node) in texts:
-            continue
-        if isinstance(node, ast.Compare) and type(node.ops[0]) in COMPARISONS:
-            yield node, "compare"
-        elif isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
-            if not any(isinstance(side, ast.JoinedStr) or _is_text(side)
-                       for side in (node.left, node.right)):  # fmt: skip
-                yield node, "operate"
-        elif isinstance(node, ast.BoolOp):
-            yield node, "join"
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.Not, ast.USub)):
-            yield node, "sign"
-        elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
-            yield node, "number"
-        elif isinstance(node, ast.IfExp):
-            yield node, "branch"
-
-
-def _is_text(node: ast.AST) -> bool:
-    return isinstance(node, ast.Constant) and isinstance(node.value, str)
-
-
-def _left_alone(node: ast.AST) -> Iterator[ast.AST]:
-    """What below a node is no behaviour: annotations, texts, errors' words, hints for types."""
-    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
-        if node.name in _SILENT:
-            yield from ast.walk(node)
-        for part in (*node.decorator_list, node.returns):
-            if part is not None:
-                yield from ast.walk(part)
-    elif isinstance(node, (ast.arg, ast.AnnAssign)) and node.annotation is not None:
-        yield from ast.walk(node.annotation)
-    elif isinstance(node, (ast.Raise, ast.Assert, ast.JoinedStr)) or (
-        isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
-    ):
-        yield from ast.walk(node)
-    elif isinstance(node, ast.keyword) and node.arg in _LOOKS:
-        yield from ast.walk(node.value)
-
-
-def mutate(source: str, choice: random.Random) -> tuple[str, Mutant] | None:
-    """One change of a source, chosen at random; None where there is nothing to change."""
-    tree = ast.parse(source)
-    found = list(sites(tree))
-    if not found:
-        return None
-    node, kind = choice.choice(found)
-    before, line = ast.unparse(node), int(getattr(node, "lineno", 0))
-    lines = _lines(tree, node)
-    _change(node, kind, choice)
-    text = ast.unparse(ast.fix_missing_locations(tree))
-    return text, Mutant("", line, before, ast.unparse(node), lines)
-
-
-def _lines(tree: ast.AST, node: ast.AST) -> list[int]:
-    """Lines of which a test must pass one to meet a node; none for what runs at import."""
-    inside = False
-    first = last = int(getattr(node, "lineno", 0))
-    for parent in _parents(tree, node):
-        if isinstance(parent, (ast.FunctionDef, ast.AsyncFunctionDef)):
-            if any(child is node for child in ast.walk(parent.args)):
-                return list(range(parent.body[0].lineno, (parent.end_lineno or 0) + 1))
-            inside = True
-        elif isinstance(parent, ast.stmt) and not isinstance(parent, ast.ClassDef):
-            first, last = parent.lineno, parent.end_lineno or last
-            if hasattr(parent, "body"):
-                last = max(first, parent.body[0].lineno - 1)
-    return list(range(first, last + 1)) if inside else []
-
-
-def _parents(tree: ast.AST, node: ast.AST) -> Iterator[ast.AST]:
-    """What a node stands in, from outside to inside."""
-    for child in ast.iter_child_nodes(tree):
-        if child is not node and any(below is node for below in ast.walk(child)):
-            yield child
-            yield from _parents(child, node)
-
-
-def _change(node: ast.AST, kind: str, choice: random.Random) -> None:
-    if isinstance(node, ast.Compare):
-        node.ops[0] = choice.choice(COMPARISONS[type(node.ops[0])])()
-    elif isinstance(node, ast.BinOp):
-        node.op = OPERATORS[type(node.op)]()
-    elif isinstance(node, ast.BoolOp):
-        node.op = ast.Or() if isinstance(node.op, ast.And) else ast.And()
-    elif isinstance(node, ast.UnaryOp):
-        inner = copy.deepcopy(node.operand)
-        node.__class__ = inner.__class__  # type: ignore[assignment]
-        node.__dict__ = inner.__dict__ | {"lineno": node.lineno, "col_offset": node.col_offset}
-    elif isinstance(node, ast.Constant):
-        value = node.value
-        node.value = value + 1 if isinstance(value, int) else (value * 1.01 if value else 0.01)
-    elif isinstance(node, ast.IfExp):
-        node.body, node.orelse = node.orelse, node.body
-
 
 def mirrored(module: str) -> list[str]:
     """The tests that mirror a module, as paths below tests/."""
@@ -266,6 +119,14 @@ def mirrored(module: str) -> list[str]:
     if rest and own.is_file():
         return [str(own.relative_to(TESTS))]
     return [room]
+
+
+AT_IMPORT = {
+    "cli/": "tests/cli/test_printed.py::test_options_",
+    "validation/outcome.py": "tests/validation/test_sections.py::test_plans",
+    "validation/published.py": "tests/validation/test_report.py::test_a_row_without_a_tolerance_",
+}
+"""Tests of what runs when a module is imported, and that pass over none of its lines."""
 
 
 class Reach:
@@ -299,7 +160,10 @@ class Reach:
         if mutant.lines:
             found = set().union(*(self.by_line[mutant.module, line] for line in mutant.lines))
         else:
-            found = self.by_module[mutant.module]
+            found = set(self.by_module[mutant.module])
+            for start, test in AT_IMPORT.items():
+                if mutant.module.startswith(start):
+                    found |= {name for name in self.seconds if name.startswith(test)}
         near = tuple(f"tests/{test}" for test in mirrored(mutant.module))
         cases: dict[str, int] = defaultdict(int)
         ranks = {}
@@ -391,23 +255,33 @@ def verdict(
     mutant.seconds = round(time.monotonic() - start, 1)
 
 
-def table(mutants: list[Mutant]) -> str:
-    """Found and made, by room, and the survivors."""
+def table(mutants: list[Mutant], same: set[str] | None = None) -> str:
+    """Found and made, by room, and the survivors; `same`: places whose change is none."""
     rooms: dict[str, list[Mutant]] = {}
     for mutant in mutants:
         room = mutant.module.partition("/")[0].removesuffix(".py")
         if mutant.module.startswith("plant/systems"):
             room = "plant/systems"
         rooms.setdefault(room, []).append(mutant)
-    lines = ["| room | mutants | found |", "|---|---|---|"]
-    for room, those in sorted(rooms.items()):
-        share = sum(m.found for m in those) / len(those)
-        lines.append(f"| {room} | {len(those)} | {sum(m.found for m in those)} ({share:.0%}) |")
-    lines.append(f"| all | {len(mutants)} | {sum(m.found for m in mutants)} |\n")
-    lines += [
-        f"- `{m.module}:{m.line}`: `{m.before}` -> `{m.after}`" for m in mutants if not m.found
-    ]
+    lines = ["| room | changes | found | no change at all | left |", "|---|---|---|---|---|"]
+    left: list[Mutant] = []
+    for room, those in [*sorted(rooms.items()), ("all", mutants)]:
+        found = sum(m.found for m in those)
+        survived = [m for m in those if not m.found]
+        left = [m for m in survived if f"{m.module}:{m.line}" not in (same or set())]
+        none = len(survived) - len(left)
+        share = found / max(len(those) - none, 1)
+        lines.append(f"| {room} | {len(those)} | {found} ({share:.0%}) | {none} | {len(left)} |")
+    lines.append("")
+    lines += [f"- `{m.module}:{m.line}`, `{m.after}` for `{m.before}`" for m in left]
     return "\n".join(lines) + "\n"
+
+
+def same_as_before(page: Path | None) -> set[str]:
+    """Places (`module:line`) that a page lists under "No change at all"."""
+    text = page.read_text(encoding="utf-8") if page else ""
+    part = text.partition("## No change at all")[2].partition("\n## ")[0]
+    return set(re.findall(r"^- `([^`]+:\d+)`", part, re.MULTILINE))
 
 
 def modules(given: list[str]) -> list[str]:
@@ -453,7 +327,14 @@ def main() -> None:
     parser.add_argument("--plain", type=Path, help="lines of tests in plain Python")
     parser.add_argument("--again", action="store_true", help="runs again what survived")
     parser.add_argument("--out", type=Path, default=Path("mutants.jsonl"))
+    parser.add_argument("--table", type=Path, nargs="+", default=[], help="runs nothing")
+    parser.add_argument("--page", type=Path, help="with what is no change at all")
     given = parser.parse_args()
+    same = same_as_before(given.page)
+    if given.table:
+        every = {key: one for file in given.table for key, one in earlier(file).items()}
+        print(table([every[key] for key in sorted(every)], same))
+        return
     os.environ |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     sys.dont_write_bytecode = True
     maps, done = (Reach(given.reached), Reach(given.plain)), earlier(given.out)
@@ -478,7 +359,7 @@ def main() -> None:
                 file.write(json.dumps(asdict(mutant)) + "\n")
             word = "found" if mutant.found else "SURVIVED"
             print(f"{mutant.module}:{mutant.line} {word} {mutant.seconds:.0f} s", file=sys.stderr)
-    print(table(list(done.values())))
+    print(table(list(done.values()), same))
 
 
 if __name__ == "__main__":

@@ -91,5 +91,10 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(Reached(file, config.getoption("--limit")))
 
 
+def pytest_unconfigure() -> None:
+    if sys.monitoring.get_tool(sys.monitoring.COVERAGE_ID) == "reached":
+        sys.monitoring.set_events(sys.monitoring.COVERAGE_ID, sys.monitoring.events.NO_EVENTS)
+
+
 def _too_long(number: int, frame: object) -> None:
     raise TimeoutError("longer than --limit")

@@ -33,8 +33,8 @@ from distributed import Client, LocalCluster
 from measure import table, versions
 from numpy.typing import NDArray
 
-from drake_racket import Scenario
-from drake_racket.sweep import Progress, Sweep, make_sweep, run_sweep
+from drake_racket import Progress, Scenario
+from drake_racket.sweep import Sweep, make_sweep, run_sweep
 
 SWEEPS = 20
 FIRST = 2  # cases finished when a rate begins: both workers have had one

@@ -90,7 +90,7 @@ class Impacts:
         numbers: outputs of impacts (`OUTPUTS`); of the racket itself (`OF_RACKET`: mass, balance,
             swingweight, twistweight, spinweight, in_plane_frequency, out_of_plane_frequency); or
             your own.
-        weights: of the cases; equal if not given. They are made to sum to 1.
+        weights: shares of the cases; equal if not given. They are made to sum to 1.
         start: value by variable; that of the first case's key if not given, else the middle.
 
     Raises:
@@ -141,27 +141,27 @@ class Impacts:
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
-        """The bounds of all variables as scipy takes them."""
+        """Gives the bounds of all variables as scipy takes them."""
         return [(0.0, 1.0)] * len(self.names)
 
     def variables(self, u: Array) -> dict[str, float]:
-        """Gives the variables' values, in their units, at a place of the optimiser (n,)."""
+        """Gives the variables' values, in their units, at a place `u` (n, shares 0 to 1)."""
         x = self.low + np.asarray(u) * (self.high - self.low)
         return {name: float(value) for name, value in zip(self.names, x, strict=True)}
 
     def place(self, values: Mapping[str, float]) -> Array:
-        """Gives the place of the optimiser (n,) for values in their units; raises InputError."""
+        """Gives the place of the optimiser (n,) for `values` in their units; raises InputError."""
         for name in self.names:
             if name not in values:
                 raise InputError("optimise", f"no {name}", ", ".join(self.names))
         return self._scaled(values)
 
     def values(self, u: Array) -> dict[str, float]:
-        """Gives all numbers at a place of the optimiser, averaged over the cases."""
+        """Gives all numbers, means of the cases, at a place `u` (n, shares 0 to 1)."""
         return dict(self._at(u).values)
 
     def gradient(self, name: str, u: Array) -> Array:
-        """Gives the derivatives of one number by the optimiser's variables (n,)."""
+        """Gives the derivatives (n,) of one number by the variables, at `u` (n, shares 0 to 1)."""
         return self._at(u).gradients[self._known(name)].copy()
 
     def minimise(self, name: str) -> Callable[[Array], tuple[float, Array]]:
@@ -173,11 +173,11 @@ class Impacts:
         return functools.partial(self._objective, self._known(name), -1.0)
 
     def at_most(self, name: str, bound: float) -> dict[str, Any]:
-        """Gives a constraint for scipy's SLSQP: a number is not above a bound."""
+        """Gives a constraint for scipy's SLSQP: a number is not above a `bound` in its unit."""
         return self._constraint(name, bound, -1.0)
 
     def at_least(self, name: str, bound: float) -> dict[str, Any]:
-        """Gives a constraint for scipy's SLSQP: a number is not below a bound."""
+        """Gives a constraint for scipy's SLSQP: a number is not below a `bound` in its unit."""
         return self._constraint(name, bound, 1.0)
 
     # ---- inside
@@ -320,8 +320,8 @@ class Optimum:
     """An optimum is what an optimisation over impacts found.
 
     Attributes:
-        variables: name -> value.  at_bound: those that their bounds hold.
-        start, values: numbers at the start and at the end.
+        variables: name -> value, in its key's unit.  at_bound: those that their bounds hold.
+        start, values: numbers at the start and at the end, in their outputs' units.
         active: numbers that a constraint holds.  broken: that are beyond their bound, since no
             design was found that keeps it.
         success, message: of scipy.
@@ -361,8 +361,8 @@ def optimise_impacts(
 
     Args:
         maximise, minimise: the number to be large or small; one of the two.
-        at_most, at_least: number -> bound.
-        start: (n,) between 0 and 1; the impacts' own if not given.
+        at_most, at_least: number -> bound, in the number's unit.
+        start: (n,) places between the bounds, shares from 0 to 1; the impacts' own if not given.
         iterations: at most.  tolerance: of the objective, as a share of its value at the start.
         restarts: at most.
         progress: called at each iteration.

@@ -11,11 +11,12 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_racket.cases.case import parse_scenario
 
-README = (Path(__file__).resolve().parent.parent / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+def blocks(language: str, text: str = README) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
 
 
 def test_scenario():
@@ -35,14 +36,19 @@ def test_composition_on_a_users_plant():
     builder.Build()
 
 
-def test_many_cases(capsys):
-    code = next(b for b in blocks("python") if "make_impact_diagram" in b)
+def test_many_cases(capsys):  # the page that the README leads to
+    page = (ROOT / "docs" / "howto" / "loop.md").read_text(encoding="utf-8")
+    code = next(b for b in blocks("python", page) if "make_impact_diagram" in b)
     exec(code, {})
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == list("123456789")
     assert all(line.endswith("[]") for line in lines)  # no warnings
 
 
-@pytest.mark.parametrize("link", sorted(set(re.findall(r"\]\(([\w./-]+)\)", README))))
+@pytest.mark.parametrize("link", sorted(set(re.findall(r"(?:\]\(|src=\")([\w./-]+)[)\"]", README))))
 def test_links_lead_somewhere(link):
-    assert (Path(__file__).resolve().parent.parent / link).exists()
+    assert (ROOT / link).exists()
+
+
+def test_it_keeps_to_two_screens():
+    assert len(README.splitlines()) <= 105  # the front page's screen, and one more

@@ -143,12 +143,13 @@ def test_a_write_that_fails_keeps_none_of_its_rows(tmp_path):
 
 def test_a_quick_store_is_on_the_disk_within_a_second(tmp_path, monkeypatch):
     """What is in the file itself, and no longer in the log alone, has been synchronised."""
-    monkeypatch.setattr("drake_racket.store.CHECKPOINT_EVERY", 0.05)
+    clock = [0.0]
+    monkeypatch.setattr("drake_racket.store.time.monotonic", lambda: clock[0])
     path = tmp_path / "a.sqlite"
     with contextlib.closing(make(path, forced=False)) as store:
         store.write(INSERT, [(1, bytes(8000))])
         small = path.stat().st_size
-        time.sleep(0.06)
+        clock[0] = 1.01
         store.write(INSERT, [(2, bytes(8000))])
         assert path.stat().st_size >= small + 16_000
 
@@ -179,3 +180,53 @@ def test_a_read_only_directory_is_refused(tmp_path):
 def test_a_place_that_cannot_be_made_is_refused():
     with pytest.raises(InputError, match="a file to write"):
         make(Path("/proc/nowhere/a.sqlite"))
+
+
+def test_when_a_quick_store_is_brought_to_the_disk(monkeypatch):
+    """Where the last time is over a second ago; a forced one, never."""
+    clock = [100.0]
+    monkeypatch.setattr("drake_racket.store.time.monotonic", lambda: clock[0])
+    for forced in (False, True):
+        with contextlib.closing(make(None, forced=forced)) as store:
+            told: list[str] = []
+            store._database.set_trace_callback(told.append)
+            asked = []
+            for number, seconds in enumerate((0.0, 1.0, 1.005, 1.0, 0.5, 0.51)):
+                clock[0] += seconds
+                told.clear()
+                store.write(INSERT, [(number, b"x")])
+                asked.append(any("wal_checkpoint(PASSIVE)" in one for one in told))
+            assert asked == [not forced and one for one in (False, False, True, False, True, False)]
+
+
+def test_how_long_another_connection_is_waited_for(tmp_path, monkeypatch):
+    waits = []
+    connect = sqlite3.connect
+
+    def connecting(*arguments, **options):
+        waits.append(options["timeout"])
+        return connect(*arguments, **options)
+
+    monkeypatch.setattr("drake_racket.store.sqlite3.connect", connecting)
+    path = tmp_path / "a.sqlite"
+    make(path).close()
+    StoreReader(path, "--out").close()
+    assert waits == [30.0, 30.0]
+
+
+@pytest.mark.parametrize(("length", "shown"), [(78, 80), (79, 80)])
+def test_long_values_are_shown_in_part(length, shown, tmp_path):
+    path = tmp_path / "a.sqlite"
+    make(path, {"a": "x" * length}).close()
+    with pytest.raises(OtherComputation) as error:
+        make(path, {"a": 2})
+    text = error.value.allowed.removesuffix(", as the test in there has it")
+    assert len(text) == shown
+    assert text.endswith("x..." if length > 78 else "x'")
+
+
+@pytest.mark.parametrize(("forced", "mode"), [(True, ("delete", 3)), (False, ("wal", 1))])
+def test_how_a_write_fares_in_a_power_cut(forced, mode, tmp_path):
+    with contextlib.closing(make(tmp_path / "a.sqlite", forced=forced)) as store:
+        asked = ("PRAGMA journal_mode", "PRAGMA synchronous")
+        assert tuple(next(store.read(one))[0] for one in asked) == mode

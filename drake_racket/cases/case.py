@@ -19,7 +19,7 @@ import numpy as np
 
 from drake_racket.io.errors import InputError
 from drake_racket.io.fingerprint import digest
-from drake_racket.io.schema import read
+from drake_racket.io.schema import read, read_like
 from drake_racket.io.shipped import data_directory
 from drake_racket.io.yaml_files import load_file, load_text
 from drake_racket.limbs.models import need_reader
@@ -112,7 +112,7 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
     """
     if isinstance(scenario, Case):
         return scenario
-    scenario = read(scenario, Scenario, where)
+    scenario = _read(scenario, where)
     check_integrator(scenario.integrator, f"{where}: integrator")
     if scenario.engine == "compiled":
         _check_compiled(scenario, where)
@@ -149,6 +149,21 @@ def resolve(scenario: Scenario | Case, where: str = "scenario") -> Case:
             need_reader(settings.model, f"{where}: limb.model")
             limb_hash = digest(Path(settings.model).read_bytes())
     return Case(scenario, racket, ball, grip, limb, limb_hash)
+
+
+_last: dict[str, tuple[Scenario, Scenario]] = {}
+"""The last scenario that was read, and what came of it: a sweep's differ in a few fields."""
+
+
+def _read(scenario: Scenario, where: str) -> Scenario:
+    before = _last.get("scenario") if type(scenario) is Scenario else None
+    if before is None:
+        checked = read(scenario, Scenario, where)
+    else:
+        checked = read_like(scenario, before, where)
+    if type(scenario) is Scenario:
+        _last["scenario"] = scenario, checked
+    return checked
 
 
 def load_scenario(path: str | Path) -> Scenario:

@@ -163,14 +163,11 @@ def with_values(
         InputError: a factor's key has no number to multiply, or the parameters are not valid.
 
     """
-    scenario = base
-    for key, value in values.items():
-        scenario = _set(scenario, key, value)
+    scenario = _with_all(base, values)
     single = {key for key in factors if key.name.startswith(SPRING)}
     for group in (factors.keys() - single, single):  # a spring's own k follows its line's
         numbers = _numbers(scenario, [key for key in factors if key in group])
-        for key, number in numbers.items():
-            scenario = _set(scenario, key, factors[key] * number)
+        scenario = _with_all(scenario, {key: factors[key] * x for key, x in numbers.items()})
     return scenario
 
 
@@ -232,11 +229,14 @@ def _parameters(scenario: Scenario) -> dict[str, ParameterKey]:
     return keys | {key: dataclasses.replace(keys[key], value=value) for key, value in own.items()}
 
 
-def _set(scenario: Scenario, key: Key, value: Value) -> Scenario:
-    if key.parameter:
-        overrides = scenario.overrides | {key.name: float(value)}
-        return dataclasses.replace(scenario, overrides=overrides)
-    return typing.cast(Scenario, _replaced(scenario, key.name.split("."), value))
+def _with_all(scenario: Scenario, values: Mapping[Key, Value]) -> Scenario:
+    overrides = {key.name: float(value) for key, value in values.items() if key.parameter}
+    if overrides:
+        scenario = dataclasses.replace(scenario, overrides=scenario.overrides | overrides)
+    for key, value in values.items():
+        if not key.parameter:
+            scenario = typing.cast(Scenario, _replaced(scenario, key.name.split("."), value))
+    return scenario
 
 
 def _replaced(node: Any, path: list[str], value: Value) -> Any:

@@ -26,7 +26,7 @@ class Number:
     group: str
 
     def format(self, value: float, sd: float = 0.0) -> str:
-        """Writes the value as it is shown, with its standard deviation if there is one."""
+        """Writes a `value` in SI units as it is shown, with its standard deviation `sd` if any."""
         text = f"{round(self.factor * value, self.digits) + 0.0:.{self.digits}f}"  # no -0.00
         if self.factor * sd >= 0.5 * 10.0**-self.digits:
             text += f" ± {self.factor * sd:.{self.digits}f}"

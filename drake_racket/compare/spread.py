@@ -41,8 +41,8 @@ class Assessed:
     """An assessment with the standard deviation of its numbers, and what it is made of.
 
     Attributes:
-        sd: by name; 0 where nothing inferred moves a number.
-        parts: name of what was changed -> by how much each number moved.
+        sd: by name, in the numbers' units; 0 where nothing inferred moves a number.
+        parts: name of what was changed -> by how much each number moved, in the same units.
 
     """
 
@@ -52,7 +52,7 @@ class Assessed:
 
     @property
     def racket(self) -> RacketParameters:
-        """The racket."""
+        """Gives the racket."""
         return self.nominal.racket
 
 

@@ -225,14 +225,14 @@ class Trajectory:
     Attributes:
         mechanism: whose motion it is.
         time: (n,) s, from the start of the run; touch and release are among the times.
-        state: (n, nq + nv) positions q and velocities v.
+        state: (n, nq + nv) positions q and velocities v, SI units and radians.
         record: (n, 17), from a discrete plant (n, 31), of contact surface (n, 32): what the contact
             has latched, after any event at that time; see `laws.phases` and `laws.surface`.
         contact: (n, 9) phase; point in contact, or to be hit; compression (m) and its rate (m/s);
             normal force and friction (N); sliding velocity (m/s); see `BallContact`. Apart from the
             phase and the forces these are NaN before and after contact if the motion was not asked
             for at every sample.
-        totals: (n, 9) lost so far, NaN without an audit; with a limb (n, 12).
+        totals: (n, 9) lost so far (J, N s, N m s), NaN without an audit; with a limb (n, 12).
         motion: at every sample, or at the first and the last.
         steps, evaluations: of the integrator.
         engine: its name.

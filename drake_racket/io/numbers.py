@@ -69,6 +69,8 @@ def _plain(value: Any) -> Any:
         return value
     if isinstance(value, np.ndarray) and value.ndim:
         value = value.tolist()
+    if type(value) is FrozenDict or (type(value) is tuple and _PLAIN.issuperset(map(type, value))):
+        return value
     if isinstance(value, (list, tuple)):
         return tuple(_plain(x) for x in value)
     if isinstance(value, dict):

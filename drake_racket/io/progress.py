@@ -12,10 +12,10 @@ class Progress:
 
     Attributes:
         task: what is done: `checking` and `running` of a sweep, `fitting`, a section's title.
-        done, total: steps of it, of whatever kind: cases, starts, or parts of 1.
+        done, total: numbers of steps, of whatever kind: cases, starts, or parts of 1.
         failed: of those done.
-        before: of those done, how many an earlier run has left.
-        seconds: since the task began.
+        before: number of those done that an earlier run has left.
+        seconds: s, since the task began.
         rms: the lowest so far, in the fit's unit; None where nothing is fitted.
 
     """
@@ -39,7 +39,7 @@ class Progress:
 
 
 Report = Callable[[Progress], None]
-"""What long work calls as it goes on; what it raises ends the work."""
+"""This is what long work calls as it goes on; what it raises ends the work."""
 
 
 def part_of(report: Report | None, before: float, total: float) -> Report:

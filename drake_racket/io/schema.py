@@ -34,12 +34,17 @@ T = TypeVar("T")
 Vector = tuple[float, ...]
 
 
+@functools.cache
+def _keywords(cls: type) -> tuple[str, ...]:
+    return tuple(f.name for f in dataclasses.fields(typing.cast(Any, cls)) if f.init)
+
+
 class _Named(type):
     """Refuses an unknown keyword as an unknown key of a file is refused."""
 
     def __call__(cls, *args: Any, **keywords: Any) -> Any:
         if dataclasses.is_dataclass(cls):
-            names = [f.name for f in dataclasses.fields(cls) if f.init]
+            names = _keywords(cls)
             for keyword in keywords:
                 if keyword not in names:
                     raise _unknown(f"{cls.__name__}: {keyword}", keyword, ", ".join(names))
@@ -97,6 +102,8 @@ class Number(Rule):
 
     def check(self, value: Any, *, written: bool = False) -> float:
         """Gives a Python float."""
+        if type(value) is float and self.least <= value <= self.most and math.isfinite(value):
+            return value
         number = as_number(value) if written or not isinstance(value, str) else None
         if number is None and written and isinstance(value, str):
             number = self._with_unit(value)
@@ -164,6 +171,8 @@ class Three(Rule):
 class _Text(Rule):
     def check(self, value: Any, *, written: bool = False) -> str:
         """Text; a number that stands where text is wanted is taken as it is written."""
+        if type(value) is str and value.isprintable():
+            return value
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
             raise refusal(value, "a text")
         try:
@@ -175,6 +184,9 @@ class _Text(Rule):
         ):
             raise refusal(value, "a text without control characters")
         return text
+
+
+_TEXT = _Text()
 
 
 @dataclass(frozen=True)
@@ -194,7 +206,7 @@ class OneOf(Rule):
 
     def check(self, value: Any, *, written: bool = False) -> str:
         """Gives the name."""
-        text = _Text().check(value)
+        text = _TEXT.check(value)
         if text not in self.names:
             raise refusal(value, ", ".join(name for name in self.names if name))
         return text
@@ -210,7 +222,7 @@ class After:
         return core_schema.no_info_after_validator_function(self.after, handler(source))
 
 
-Text = Annotated[str, _Text()]
+Text = Annotated[str, _TEXT]
 Flag = Annotated[bool, _Flag()]
 
 
@@ -242,14 +254,67 @@ def read(tree: Any, schema: type[T], where: str) -> T:
         raise InputError(where, "data nested too deeply", "plain data") from None
 
 
-def check_fields(made: Any, names: Iterable[str], where: str) -> None:
-    """Checks some fields of a schema's object as `read` does; raises InputError."""
-    hints, chosen = _hints(typing.cast(Any, type(made))), set(names)
-    for name in (name for name in hints if name in chosen):  # the first finding in their order
+def read_like(made: T, before: tuple[T, T], where: str) -> T:
+    """Reads an object of which most is as in another one, for less: only what differs is checked.
+
+    Args:
+        made: a frozen object whose fields cannot be changed either.
+        before: another one, and what `read` gave for it.
+
+    Raises:
+        InputError: as `read`.
+
+    """
+    given, checked = before
+    hints, new = _hints(typing.cast(Any, type(made))), {}
+    for name, hint in hints.items():
+        value = getattr(made, name)
+        if value is not getattr(given, name):
+            try:
+                new[name] = _adapter(hint).validate_python(value)
+            except ValidationError as error:
+                raise _translated(error, type(made), where, (name,)) from None
+    return dataclasses.replace(typing.cast(Any, checked), **new) if new else checked
+
+
+def check_fields(made: Any, paths: Iterable[tuple[str, ...]], where: str) -> None:
+    """Checks some numbers or groups below a schema's object as `read` does; raises InputError.
+
+    Args:
+        paths: names of fields, from the object to what may have changed below it. Where a field on
+            the way has a rule of its own, it is checked as a whole.
+
+    """
+    whole = {_checkable(typing.cast(Any, type(made)), path) for path in paths}
+    for path in sorted(whole, key=functools.partial(_order, typing.cast(Any, type(made)))):
+        schema: Any = type(made)
+        value = made
+        for name in path:
+            schema, value = _hints(schema)[name], getattr(value, name)
         try:
-            _adapter(hints[name]).validate_python(getattr(made, name))
+            _adapter(schema).validate_python(value)
         except ValidationError as error:
-            raise _translated(error, type(made), where, (name,)) from None
+            raise _translated(error, type(made), where, path) from None
+
+
+@functools.cache
+def _checkable(schema: Any, path: tuple[str, ...]) -> tuple[str, ...]:
+    """The beginning of a path up to a field with a rule of its own, which sees all below it."""
+    for i, name in enumerate(path):
+        schema = _hints(schema)[name]
+        if not dataclasses.is_dataclass(schema):
+            return path[: i + 1]
+    return path
+
+
+@functools.cache
+def _order(schema: Any, path: tuple[str, ...]) -> tuple[int, ...]:
+    """Places of a path's fields among their neighbours: the first finding is in that order."""
+    places = []
+    for name in path:
+        places.append(list(_hints(schema)).index(name))
+        schema = _hints(schema)[name]
+    return tuple(places)
 
 
 @functools.cache

@@ -65,7 +65,7 @@ class Signal:
             raise InputError(f"{self.where}: time [s]", pair, f"times that increase{few}")
 
     def at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The signal at other times (s), straight between its samples and 0 outside them."""
+        """Gives the signal at another `time` (s), straight between samples and 0 outside them."""
         return np.interp(time, self.time, self.value, left=0.0, right=0.0)
 
 

@@ -113,13 +113,18 @@ def named_topology(names: Sequence[str]) -> BedTopology | None:
 
 
 POINT_NUMBERS = grid_topology().points
-"""1 to 9: the points of the paper's bed, at which its experiments are run."""
+"""The paper's bed has the points 1 to 9, at which its experiments are run."""
 
 
 def rest_lengths(
     bed: BedTopology, spacing: float, rim_semi_axis_x: float, rim_semi_axis_y: float
 ) -> Floats:
-    """Computes the springs' rest lengths (m); rim springs run along x or y to the rim ellipse."""
+    """Computes the springs' rest lengths (m); rim springs run along x or y to the rim ellipse.
+
+    Args:
+        spacing: m, of the points.  rim_semi_axis_x, rim_semi_axis_y: m, of the rim.
+
+    """
     lengths = np.full(len(bed.names), spacing)
     for row in np.flatnonzero(bed.second < 0):
         x, y = spacing * bed.places[bed.first[row]]

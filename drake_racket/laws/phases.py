@@ -85,7 +85,7 @@ class ContactRecord:
     """The record holds what a BallContact has latched, as numbers; see its discrete state.
 
     Attributes:
-        phase: of the contact: before touch, in contact, or away.
+        phase: number of the contact's phase: before touch, in contact, or away.
         point: number of the string-bed point.
         approach_speed: m/s, normal to the strings, at first touch.
         kb: N/m, of the ball at that speed.

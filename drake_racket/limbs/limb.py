@@ -17,6 +17,11 @@ class Tie:
     """A Tie makes one joint follow another: q_follower = ratio q_leader + offset (rad or m).
 
     A mimic joint of a file, say, which Drake's coupler constraint holds on a discrete plant.
+
+    Attributes:
+        ratio: (1); m/rad or rad/m between a hinge and a slide.
+        offset: rad, of a slide m.
+
     """
 
     follower: Joint

@@ -171,7 +171,15 @@ def limit_law(
     stiffness: float | Sequence[float] | None = None,
     damping: float | Sequence[float] | None = None,
 ) -> LimitLaw:
-    """Gives the law's numbers for a limb; arguments and errors of `add_joint_limits`."""
+    """Gives the law's numbers for a limb, as `add_joint_limits` has them.
+
+    Args:
+        stiffness: N m/rad (of a slide N/m).  damping: N m s/rad (N s/m).
+
+    Raises:
+        InputError: as `add_joint_limits`.
+
+    """
     for joint in limb.joints:
         if (joint.num_positions(), joint.num_velocities()) != (1, 1):
             raise InputError(

@@ -36,7 +36,7 @@ GRIP_ROTATIONS: Mapping[str, float] = MappingProxyType(
         "continental_backhand": 0.75 * math.pi,
     }
 )
-"""Grip and stroke -> `grip_rotation` (rad). The eight bevels of a handle are 45 deg apart.
+"""Each grip and stroke has a `grip_rotation` (rad). The eight bevels of a handle are 45 deg apart.
 
 With the frame on edge, the index finger's knuckle lies on bevel 1 (top: eastern backhand),
 2 (continental), 3 (side: eastern forehand), 4 (semi-western) or 5 (western). A one-handed

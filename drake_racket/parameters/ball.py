@@ -101,12 +101,12 @@ def read_ball(path: str | Path) -> BallParameters:
 
 
 def check_ball(
-    ball: BallParameters, where: str = "ball", changed: Iterable[str] | None = None
+    ball: BallParameters, where: str = "ball", changed: Iterable[tuple[str, ...]] | None = None
 ) -> None:
     """Checks units, signs and ranges; raises InputError.
 
     Args:
-        changed: fields that alone may differ from what has been checked; None: all.
+        changed: paths of what alone may differ from what has been checked; None: all.
 
     """
     if changed is None:

@@ -183,7 +183,7 @@ class FrameSegment:
         start, end: m from the butt.
         origin: of the body's frame, m from the butt: the head's is at the throat joint.
         mass: kg.  com, com_y: centre of mass from the origin (m).
-        moments: about it along x, y and z (kg m^2).  product: I_xy about it.
+        moments: about it along x, y and z (kg m^2).  product: I_xy about it (kg m^2).
 
     """
 

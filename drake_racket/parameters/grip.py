@@ -77,7 +77,7 @@ class GripStiffness(Schema):
         return shown(self, f"{self.name}: {self.title}")
 
     def scaled(self, factor: float, damping_factor: float | None = None) -> "GripStiffness":
-        """Multiplies all six stiffnesses by `factor`, and the dampings by `damping_factor`.
+        """Multiplies all six stiffnesses by the factor `factor`, the dampings by `damping_factor`.
 
         A hand's mass and its wrist stay as they are.
 
@@ -137,12 +137,12 @@ def write_grip(grip: GripStiffness, path: str | Path) -> None:
 
 
 def check_grip(
-    grip: GripStiffness, where: str = "grip", changed: Iterable[str] | None = None
+    grip: GripStiffness, where: str = "grip", changed: Iterable[tuple[str, ...]] | None = None
 ) -> None:
     """Checks units, signs, counts and provenance; raises InputError.
 
     Args:
-        changed: fields that alone may differ from what has been checked; None: all.
+        changed: paths of what alone may differ from what has been checked; None: all.
 
     """
     if changed is None:

@@ -32,7 +32,7 @@ JOINTS = (
     "wrist_flexion",
     "wrist_deviation",
 )
-"""The limb's joints from the trunk to the hand, each named after its positive direction."""
+"""The limb has these joints from trunk to hand, each named after its positive direction."""
 
 
 @dataclass(frozen=True)
@@ -133,25 +133,25 @@ class UpperLimbParameters(Schema):
         return shown(self, f"{self.name}: {self.title}")
 
     def segment(self, name: str) -> Segment:
-        """The segment `upper_arm`, `forearm` or `hand`."""
+        """Gives the segment `upper_arm`, `forearm` or `hand`."""
         found: Segment = getattr(self, name)
         return found
 
     def joint(self, name: str) -> JointParameters:
-        """One of the `JOINTS`."""
+        """Gives one of the `JOINTS`."""
         found: JointParameters = getattr(self.joints, name)
         return found
 
     def mass(self, name: str) -> float:
-        """A segment's mass (kg)."""
+        """Gives a segment's mass (kg)."""
         return self.segment(name).mass_fraction.value * self.subject.mass.value
 
     def com(self, name: str) -> float:
-        """Distance (m) of a segment's centre of mass from its proximal end."""
+        """Gives the distance (m) of a segment's centre of mass from its proximal end."""
         return self.segment(name).com.value * self.segment(name).length.value
 
     def moments(self, name: str) -> tuple[float, float, float]:
-        """A segment's moments of inertia (kg m^2) about its centre of mass, m (r l)^2.
+        """Gives a segment's moments of inertia (kg m^2) about its centre of mass, m (r l)^2.
 
         About its sagittal, transverse and longitudinal axis.
         """
@@ -165,7 +165,7 @@ class UpperLimbParameters(Schema):
         return s, t, l
 
     def ranges(self) -> NDArray[np.float64]:
-        """Lower and upper ends (rad) of the joints' ranges, (7, 2), in the order of `JOINTS`."""
+        """Gives the ends (rad) of the joints' ranges, (7, 2), in the order of `JOINTS`."""
         joints = [self.joint(name) for name in JOINTS]
         return np.array([(joint.lower.value, joint.upper.value) for joint in joints])
 

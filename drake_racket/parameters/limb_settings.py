@@ -10,7 +10,7 @@ from drake_racket.io.schema import Flag, Number, OneOf, Schema, Text, Three, Vec
 from drake_racket.parameters.stroke import Stroke
 
 JOINT_TORQUES = ("zero", "hold", "carry")
-"""What the limb's muscles do during the impact; see `limbs.torques`."""
+"""This is what the limb's muscles do during the impact; see `limbs.torques`."""
 
 
 @dataclass(frozen=True, repr=False)

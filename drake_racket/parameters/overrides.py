@@ -39,7 +39,7 @@ _MEMBERS: dict[str, Callable[[int], str]] = {
     "rim_factors": lambda i: f"p{i + 1}",
     "coefficients": lambda i: f"mu{i + 1}",
 }
-_CHECKS: dict[type, Callable[[Any, str, Iterable[str] | None], None]] = {
+_CHECKS: dict[type, Callable[[Any, str, Iterable[tuple[str, ...]] | None], None]] = {
     RacketParameters: check_racket,
     BallParameters: check_ball,
     GripStiffness: check_grip,
@@ -53,7 +53,7 @@ _PREFIXES: dict[type, str] = {
 
 @dataclass(frozen=True)
 class ParameterKey:
-    """A ParameterKey says what a key stands for: the unit, and the value that it has now."""
+    """A ParameterKey says what a key stands for: the `value` that it has now, and its `unit`."""
 
     unit: str
     value: float
@@ -109,7 +109,8 @@ def overridden_numbers(
 def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = "overrides") -> P:
     """Gives a checked copy of a racket's, ball's or grip's parameters with the numbers of its keys.
 
-    Keys with another first word than theirs (racket, ball, grip) are left alone. The numbers'
+    `overrides` has values in the units of their keys. Keys with another first word than theirs
+    (racket, ball, grip) are left alone. The numbers'
     status becomes `inferred`, and their source tells what the file has.
 
     Raises:
@@ -129,7 +130,8 @@ def apply_overrides(parameters: P, overrides: Mapping[str, float], where: str = 
     }
     _check_once(numbers, places, where)
     new = _with_numbers(parameters, numbers, places)
-    changed = {places[key].path[0] for key in mine}
+    bed = ("string_bed",)  # springs of their own change more of it than their k
+    changed = {bed if key.startswith(SPRING) else places[key].path for key in mine}
     error = _error(new, changed)
     if error is not None:
         raise _blame(error, parameters, numbers, places, where)
@@ -296,7 +298,8 @@ def _with_own_springs(racket: RacketParameters) -> RacketParameters:
 
 
 def _error(
-    parameters: RacketParameters | BallParameters | GripStiffness, changed: Iterable[str] | None
+    parameters: RacketParameters | BallParameters | GripStiffness,
+    changed: Iterable[tuple[str, ...]] | None,
 ) -> InputError | None:
     kind = type(parameters)
     try:

@@ -246,12 +246,14 @@ def read_racket(path: str | Path) -> RacketParameters:
 
 
 def check_racket(
-    racket: RacketParameters, where: str = "racket", changed: Iterable[str] | None = None
+    racket: RacketParameters,
+    where: str = "racket",
+    changed: Iterable[tuple[str, ...]] | None = None,
 ) -> None:
     """Checks units, signs, counts, assignments and geometry; raises InputError.
 
     Args:
-        changed: fields that alone may differ from what has been checked; None: all.
+        changed: paths of what alone may differ from what has been checked; None: all.
 
     """
     if changed is None:

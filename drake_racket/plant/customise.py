@@ -170,8 +170,10 @@ def customised(
     """Gives a racket with masses added, and then the least mass that brings it to the targets.
 
     Args:
-        added: pairs of a mass and a place, as `add_mass` takes them.
-        targets, places: as `solve_targets`.
+        added: pairs of a mass (kg, or a text with its unit) and a place (m from the butt, or a
+            name), as `add_mass` takes them.
+        targets: name -> number in SI units, as `solve_targets` takes them.
+        places: as `solve_targets`.
         name, title: of the new racket.
 
     Raises:

@@ -17,7 +17,7 @@ from drake_racket.parameters.racket import RacketParameters
 from drake_racket.plant.racket import Racket, add_racket
 
 SWINGWEIGHT_AXIS = 0.1016
-"""m from the butt to the axis of the swingweight: 4 inches, the convention of racket makers."""
+"""The axis of the swingweight is so far from the butt (m): 4 inches, as racket makers have it."""
 
 
 @dataclass(frozen=True)

@@ -65,16 +65,17 @@ class RimBending:
 def rim_bending(parameters: RacketParameters) -> RimBending:
     """Gives the rim's bending; without joints where no spring ends beyond one."""
     bed, topology = parameters.string_bed, parameters.bed_topology()
+    segments, joints = parameters.frame_segments(), parameters.frame_joints()
+    springs = len(topology.names)
+    if len(segments) == 2:
+        return RimBending(np.zeros((springs, 0)), np.zeros((springs, 0, 0)), [])
+    head = [segment.name for segment in segments].index("head")
+    arms = np.zeros((springs, len(joints)))
+    folds = np.zeros((springs, len(joints), len(joints)))
     lengths = rest_lengths(
         topology, bed.spacing.value, bed.rim_semi_axis_x.value, bed.rim_semi_axis_y.value
     )
-    segments, joints = parameters.frame_segments(), parameters.frame_joints()
-    head = [segment.name for segment in segments].index("head")
-    springs = len(topology.names)
-    arms = np.zeros((springs, len(joints)))
-    folds = np.zeros((springs, len(joints), len(joints)))
-    rim = np.flatnonzero(topology.second < 0) if len(segments) > 2 else ()
-    for row in rim:
+    for row in np.flatnonzero(topology.second < 0):
         place = bed.spacing.value * topology.places[topology.first[row]]
         along = topology.directions[row]
         x, y = place + lengths[row] * along

@@ -14,30 +14,30 @@ if TYPE_CHECKING:
 
 # Okabe & Ito's palette: told apart by colour-blind readers and, by lightness, in print
 BLUE = "#0072B2"
-"""A colour of the figures, from Okabe and Ito's palette: blue."""
+"""This colour of the figures is from Okabe and Ito's palette: blue."""
 VERMILION = "#D55E00"
-"""A colour of the figures, from Okabe and Ito's palette: vermilion."""
+"""This colour of the figures is from Okabe and Ito's palette: vermilion."""
 GREEN = "#009E73"
-"""A colour of the figures, from Okabe and Ito's palette: bluish green."""
+"""This colour of the figures is from Okabe and Ito's palette: bluish green."""
 PURPLE = "#CC79A7"
-"""A colour of the figures, from Okabe and Ito's palette: reddish purple."""
+"""This colour of the figures is from Okabe and Ito's palette: reddish purple."""
 ORANGE = "#E69F00"
-"""A colour of the figures, from Okabe and Ito's palette: orange."""
+"""This colour of the figures is from Okabe and Ito's palette: orange."""
 SKY = "#56B4E9"
-"""A colour of the figures, from Okabe and Ito's palette: sky blue."""
+"""This colour of the figures is from Okabe and Ito's palette: sky blue."""
 GREY = "0.45"
 """The grey of what is drawn for comparison."""
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours of what is compared, in order."""
 RACKET_COLOURS = {"tour": BLUE, "recreational": VERMILION}
-"""Shipped racket -> its colour in all figures."""
+"""Each shipped racket has one colour in all figures."""
 BED_STYLES = {
     ("tour", "low"): (BLUE, "-"),
     ("tour", "high"): (BLUE, "--"),
     ("recreational", "low"): (VERMILION, "-"),
     ("recreational", "high"): (VERMILION, "--"),
 }
-"""Shipped racket and tension -> colour and line style in all figures."""
+"""Each shipped racket and tension has one colour and line style in all figures."""
 
 
 def as_written(text: object) -> str:
@@ -51,7 +51,7 @@ def tidy(axes: Any) -> None:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Draws a figure (inches) that needs no display."""
+    """Makes a figure of a `width` and a `height` (inches) that needs no display."""
     from drake_racket.plots.notebook_figure import NotebookFigure
 
     return NotebookFigure(figsize=(width, height), layout="constrained")

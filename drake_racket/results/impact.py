@@ -184,7 +184,7 @@ class ImpactResult:
     derivatives: Any = None
 
     def summary(self) -> str:
-        """The result in words, as the command line prints it."""
+        """Gives the result in words, as the command line prints it."""
         return summary_text(self)
 
     def __repr__(self) -> str:
@@ -340,21 +340,19 @@ def _peak_acceleration(trajectory: Trajectory) -> float | None:
     return _peak(trajectory.time, magnitude) if np.isfinite(magnitude).all() else None
 
 
-def _is_kink(time: NDArray[np.float64], values: NDArray[np.float64], i: int) -> bool:
-    """Tells whether a curve turns at sample i alone: it is straight on both sides of it.
+def _is_kink(t: list[float], y: list[float]) -> bool:
+    """Tells whether five samples turn at the middle one alone: straight on both sides of it.
 
     A friction that turns round makes such a peak; a parabola through it would rise above it.
     """
-    if not 2 <= i < len(values) - 2:
-        return False
     bends = []
-    for j in (i - 1, i, i + 1):
-        t, y = time[j - 1 : j + 2], values[j - 1 : j + 2]
-        if not np.all(np.diff(t) > 0.0):
+    for j in (1, 2, 3):
+        before, after = t[j] - t[j - 1], t[j + 1] - t[j]
+        if not (before > 0.0 and after > 0.0):
             return False
-        slopes = np.diff(y) / np.diff(t)
-        bends.append(abs(slopes[1] - slopes[0]) / (t[2] - t[0]))
-    return bool(min(bends[0], bends[2]) < KINK * bends[1])
+        slopes = (y[j] - y[j - 1]) / before, (y[j + 1] - y[j]) / after
+        bends.append(abs(slopes[1] - slopes[0]) / (t[j + 1] - t[j - 1]))
+    return min(bends[0], bends[2]) < KINK * bends[1]
 
 
 def _peak(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
@@ -363,10 +361,13 @@ def _peak(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     The highest sample itself where it is the first or last, beside a jump, at a kink, or not a
     maximum.
     """
-    i = int(np.argmax(values))
-    if i in (0, len(values) - 1) or _is_kink(time, values, i):
+    i, last = int(np.argmax(values)), len(values) - 1
+    near = slice(max(i - 2, 0), i + 3)
+    t, y = time[near].tolist(), values[near].tolist()
+    if i in (0, last) or (2 <= i < last - 1 and _is_kink(t, y)):
         return float(values[i])
-    (t0, t1, t2), (y0, y1, y2) = time[i - 1 : i + 2], values[i - 1 : i + 2]
+    k = i - near.start
+    (t0, t1, t2), (y0, y1, y2) = t[k - 1 : k + 2], y[k - 1 : k + 2]
     if t0 == t1 or t1 == t2 or y0 == 0.0 or y2 == 0.0:
         return float(y1)
     slope0, slope1 = (y1 - y0) / (t1 - t0), (y2 - y1) / (t2 - t1)

@@ -334,7 +334,7 @@ def _all() -> list[Output]:
 
 
 OUTPUTS: Mapping[str, Output] = MappingProxyType({output.name: output for output in _all()})
-"""Name -> output: every number of an impact that a sweep can keep."""
+"""Every number of an impact that a sweep can keep has a name here."""
 
 USUAL_OUTPUTS = tuple(output.name for output in USUAL)
 

@@ -37,7 +37,8 @@ class FinerBed:
     """Holds a calibrated bed.
 
     Attributes:
-        racket: with the bed.  tension, stiffness: tau and sigma.
+        racket: with the bed.
+        tension, stiffness: the factors tau and sigma on the lines' shares of T0 and springs.
 
     """
 

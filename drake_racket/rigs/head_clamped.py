@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     import xarray
 
 CANNON_SPEEDS = (18.0, 21.0, 24.0, 27.0, 30.0, 33.0)
-"""Inbound speeds (m/s): 18 to 33 in steps of about 3 (Glynn et al. 2011, Methods)."""
+"""The cannon's speeds (m/s) are 18 to 33 in steps of about 3 (Glynn et al. 2011, Methods)."""
 
 STROKES = {"topspin_drive": (31.0, 17.0, 90.0), "slice": (25.0, 16.0, -90.0)}
-"""Relative speed (m/s) and angle (degrees), printed in Methods; azimuth (degrees), inferred."""
+"""A stroke has a relative speed (m/s), an angle (degrees; Methods), an inferred azimuth (deg)."""
 
 ANGLE_READINGS = ("from_normal", "from_plane")
 """How the paper's angles of incidence can be read: from the strings' normal, or their plane."""
@@ -59,6 +59,9 @@ def normal_impacts(
     progress: Report | None = None,
 ) -> xarray.Dataset:
     """Runs normal impacts: restitution, rebound speed, contact time, peak force and deflection.
+
+    Args:
+        speeds: m/s, of approach.
 
     Returns:
         A Dataset over (racket, tension, point, speed).

@@ -40,7 +40,7 @@ AXIS_REACH = 0.14
 
 
 def axis_offsets(step: float) -> tuple[float, ...]:
-    """Gives aims for `along_axis` (m), `step` apart and symmetric about the centre.
+    """Gives aims for `along_axis` (m), a `step` (m) apart and symmetric about the centre.
 
     Raises:
         InputError: a step that is not 1 mm to AXIS_REACH.

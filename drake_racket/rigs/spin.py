@@ -41,7 +41,7 @@ def spin_over_incidence(
     Args:
         racket, ball: the tour racket's bed and the shipped ball if None.
         speed: m/s.  spin_rpm: before, positive in friction's sense.
-        incidences: degrees from the normal.  frictions: mu.
+        incidences: degrees from the normal.  frictions: mu (1).
 
     Returns:
         `spin` (rpm, as `spin_rpm`), `angle` (degrees from the normal, positive onwards),
@@ -106,7 +106,7 @@ def slip_limit(
     """Gives the incidence (degrees) from which a ball without spin slides throughout.
 
     Args:
-        friction: mu.  speed: m/s.  within: degrees.
+        friction: mu (1).  speed: m/s.  within: degrees.
 
     """
     return _limit(
@@ -133,7 +133,7 @@ def rolling_limit(
     a sheared element may still unwind, and by its force slide, after the ball has come to roll.
 
     Args:
-        friction: mu.  speed: m/s.  within: degrees.
+        friction: mu (1).  speed: m/s.  within: degrees.
 
     """
     # far below the limit an element that gives little back leaves a ball short of rolling too
@@ -180,5 +180,9 @@ def rigid_slip_limit(friction: float, restitution: float, inertia_factor: float)
 
     Friction takes the ball to rolling if mu (1 + e) v_n >= v_t / (1 + 1 / a), for a moment of
     inertia a m R^2. Source: Cross (2002), American Journal of Physics 70:1093-1102.
+
+    Args:
+        friction: mu (1).  restitution: e (1).  inertia_factor: a (1).
+
     """
     return math.degrees(math.atan(friction * (1.0 + restitution) * (1.0 + 1.0 / inertia_factor)))

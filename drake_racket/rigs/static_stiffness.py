@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import xarray
 
 FORCES = (1.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 800.0, 1000.0, 1200.0)
-"""N; impacts at 18-33 m/s peak at 0.6 to 1.3 kN."""
+"""The bed is pressed with these forces (N); impacts at 18-33 m/s peak at 0.6 to 1.3 kN."""
 
 MOST_FORCE = 20e3
 """N, up to which a string-bed can be pressed."""
@@ -46,7 +46,8 @@ def tangent_stiffness(
     """Computes -df/dz (N/m), (n, n): A^T diag(T L0^2 / L^3 + k dz^2 / L^2) A.
 
     Args:
-        z: (n,) deflections (m).  constants: (4, m) and incidence: (m, n), see `strings.tensions`.
+        z: (n,) deflections (m).  constants: (4, m), see `strings.tensions`.
+        incidence: (m, n) of -1, 0 and 1, no unit.
 
     """
     k, slack, length0_squared, _ = constants
@@ -184,6 +185,9 @@ def stiffness_dataset(
     forces: Sequence[float] = FORCES,
 ) -> xarray.Dataset:
     """Presses every bed at every point: force-deflection curves and stiffness.
+
+    Args:
+        forces: N.
 
     Returns:
         A Dataset over (racket, tension, point, force): deflection (m, at the loaded point), secant

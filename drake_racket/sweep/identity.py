@@ -30,8 +30,17 @@ def file_hashes(names: list[str]) -> dict[str, str]:
 
 def scenario_hash(scenario: Scenario, files: Mapping[str, str]) -> str:
     """Gives the hash of a case: its scenario, and the content of the files it names."""
-    tree = dataclasses.asdict(scenario) | {"files": [files[x] for x in named_files(scenario)]}
+    tree = _tree(scenario) | {"files": [files[x] for x in named_files(scenario)]}
     return digest(as_text(tree).encode())
+
+
+def _tree(settings: Any) -> dict[str, Any]:
+    """What `dataclasses.asdict` gives, but that nothing is copied."""
+    return {
+        item.name: _tree(value) if dataclasses.is_dataclass(value) else value
+        for item in dataclasses.fields(settings)
+        for value in (getattr(settings, item.name),)
+    }
 
 
 def fingerprint(sweep: Sweep, files: Mapping[str, str]) -> dict[str, Any]:

@@ -42,7 +42,7 @@ class Span:
     """A span says where a parameter may lie: uniformly between two numbers.
 
     Attributes:
-        low, high: the ends.
+        low, high: the ends, in this unit.
         unit: as an axis of a sweep wants it for this key.
         relative: factors of what the base has; the unit is then 1.
 
@@ -72,7 +72,7 @@ class SobolDesign:
     rows: NDArray[np.float64]
 
     def column(self, name: str) -> NDArray[np.float64]:
-        """The values of one parameter, row by row; raises InputError for an unknown name."""
+        """Gives the values of one parameter, row by row; raises InputError for an unknown name."""
         if name not in self.parameters:
             raise InputError("SobolDesign.column: name", name, ", ".join(self.parameters))
         values: NDArray[np.float64] = self.rows[:, list(self.parameters).index(name)]
@@ -136,7 +136,7 @@ def sobol_indices(
             returns, or any other.
         outputs: names of variables.
         seed: of the bootstrap.
-        confidence: of the intervals.
+        confidence: of the intervals, a share: 0.95 for 95 %.
 
     Returns:
         A Dataset over (output, parameter): `first_order`, `first_order_half_width`, `total`,

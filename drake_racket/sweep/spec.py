@@ -144,7 +144,7 @@ def parse_sweep(
     directory: str | Path = Path(),
     settings: Sequence[str] = (),
 ) -> Sweep:
-    """Reads and checks a sweep from YAML text; see `load_sweep`."""
+    """Reads and checks a sweep from YAML text, as `load_sweep` does; raises InputError."""
     directory = Path(directory)
     tree = parse_tree(text, where)
     names = ("base", "axes", "outputs", "histories", "history_formats", "check")

@@ -20,7 +20,7 @@ from drake_racket.parameters.quantities import sourced_fields
 from drake_racket.parameters.racket import load_racket
 from drake_racket.validation.outcome import Plan
 from drake_racket.validation.published import PublishedValue
-from drake_racket.validation.rows import AGREES, DIFFERS, Comparison
+from drake_racket.validation.rows import AGREES, DIFFERS, Comparison, published_size
 from drake_racket.validation.summary import (
     command_anchor,
     commands,
@@ -196,12 +196,12 @@ def _published(entry: PublishedValue) -> str:
 
 def _difference(row: Comparison) -> str:
     entry = row.published
-    if row.difference is None:
+    if row.difference is None or row.model is None:
         return _NONE
     if row.difference == 0.0:
         return "0"
-    size = entry.value or entry.low or entry.high
-    share = f" ({100 * row.difference / abs(size):+.1f} %)" if size else ""
+    size = published_size(entry, row.model)
+    share = f" ({100 * row.difference / size:+.1f} %)" if size else ""
     return f"{row.difference:+.3g}{_SHOWN_UNITS.get(entry.unit, ' ' + entry.unit)}{share}"
 
 

@@ -16,7 +16,8 @@ class Comparison:
 
     Attributes:
         model: the model's value; None where there is nothing to compare with.
-        difference: model less published value, or less the nearer end of a range (0 inside it).
+        difference: in the quantity's unit, model less published value, or less the nearer end of a
+            range (0 inside it).
         tolerance: on the difference, in the unit of the quantity; None if not comparable.
         verdict: `agrees` if |difference| <= tolerance, else `differs`; or `not comparable`.
 
@@ -37,20 +38,27 @@ class Comparison:
 
 
 def compare(entry: PublishedValue, model: float | None) -> Comparison:
-    """Gives the verdict on one number. A model value that is not finite differs from everything."""
+    """Gives the verdict on one number of a `model`, in the unit of the entry.
+
+    A model value that is not finite differs from everything.
+    """
     if entry.not_comparable:
         return Comparison(entry, model, None, None, NOT_COMPARABLE)
     if model is None:
         raise KeyError(f"no model value for {entry.key}")
     difference = _difference(entry, model)
-    size = entry.value if entry.value is not None else 0.0
-    if entry.tolerance_kind == "relative" and entry.value is None:
-        ends = [x for x in (entry.low, entry.high) if x is not None]
-        size = min(ends, key=lambda end: abs(model - end))
-    tolerance = entry.tolerance * (abs(size) if entry.tolerance_kind == "relative" else 1.0)
+    relative = entry.tolerance_kind == "relative"
+    tolerance = entry.tolerance * (published_size(entry, model) if relative else 1.0)
     # a comparison of decimal numbers should not hang on their last bit
     agrees = math.isfinite(difference) and abs(difference) <= tolerance * (1.0 + 1e-12)
     return Comparison(entry, model, difference, tolerance, AGREES if agrees else DIFFERS)
+
+
+def published_size(entry: PublishedValue, model: float) -> float:
+    """Gives what shares are of: the published value, or of a range the end nearer to the model."""
+    known = (entry.low, entry.high) if entry.value is None else (entry.value,)
+    ends = [x for x in known if x is not None]
+    return min((abs(model - end), abs(end)) for end in ends)[1]
 
 
 def _difference(entry: PublishedValue, model: float) -> float:

@@ -46,7 +46,7 @@ SECTIONS: dict[str, tuple[str, Section]] = {
     "spin": ("Ball with radius and spin", spin),
     "static_stiffness": ("String-bed pressed slowly", static_stiffness),
 }
-"""Name -> title of a section of the report, and the function that computes it."""
+"""Each section of the report has a name, a title, and the function that computes it."""
 
 FILE = "validation.sqlite"
 

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 import drake_racket as dr
+from drake_racket.cases.citations import Reference
 from drake_racket.cli import main
 from drake_racket.parameters.quantities import sourced_fields
 from tests.conftest import ROOT
@@ -105,3 +106,29 @@ def test_a_wrong_file_is_one_line(monkeypatch, capsys):
         main()
     assert stopped.value.code == 2
     assert "golf" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("changes", "cited"),
+    [
+        ({"support": "grip", "grip_kind": "hand"}, True),
+        ({"support": "limb", "grip_kind": "compliant"}, True),
+        ({"support": "grip", "grip_kind": "weld"}, False),
+        ({"support": "free"}, False),
+    ],
+)
+def test_a_grips_numbers_are_cited_where_it_holds(changes, cited):
+    found = dr.citations(dr.Scenario(grip="hand_medium", **changes))
+    numbers = {key for citation in found for key in citation.numbers}
+    assert any(key.startswith("grip.") for key in numbers) == cited
+
+
+def test_references_with_and_without_their_parts():
+    whole = Reference("a", "article", ("B, C", "D"), "T", (), "J", "1", "2", "3-4", 1999, "x", "u")
+    assert whole.text() == "B, C; D (1999). T. J 1(2):3-4. doi:x."
+    assert "author = {B, C and {D}}" in whole.bibtex()
+    assert "pages = {3--4}" in whole.bibtex()
+    bare = Reference("a", "misc", ("D",), "T", where="J", url="u")
+    assert bare.text() == "D. T. J. u."
+    assert "year" not in bare.bibtex()
+    assert "volume" not in bare.bibtex()

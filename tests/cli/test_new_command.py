@@ -82,6 +82,7 @@ REFUSED = {
     "table and numbers": (("--table", "x.csv", "--ra", "65"), "--table: got '--ra'"),
     "column alone": (("mine", *SHOP, "--column", "mass=x"), "together with --table"),
     "column": (("--table", "x.csv", "--column", "mass"), "mass=Weight"),
+    "column of nothing": (("--table", "x.csv", "--column", "mass= "), "mass=Weight"),
     "a name": (("my racket", *SHOP), "letters, digits and _"),
 }
 

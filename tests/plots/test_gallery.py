@@ -16,6 +16,7 @@ from drake_racket.plots.log.figures import LOG_FIGURES
 from drake_racket.plots.log.overlay import overlay_figure
 from tests.compare.test_compare import made
 from tests.plots.bounds import faults
+from tests.plots.made_log import made_log
 
 COARSE = dr.IntegratorSettings(accuracy=2e-3)
 CASES = {
@@ -37,14 +38,12 @@ def logs():
     return functools.cache(lambda name: dr.simulate(CASES[name]).history)
 
 
-_SLOW = [
-    pytest.param(name, marks=pytest.mark.slow) for name in CASES if name not in ("hand", "spin")
-]
+_SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in CASES]
 
 
-@pytest.mark.parametrize("case", ["hand", "spin", *_SLOW])
+@pytest.mark.parametrize("case", ["made", *_SLOW])
 def test_figures_of_a_log(logs, case):
-    log = logs(case)
+    log = made_log() if case == "made" else logs(case)
     figures = {"impact": impact_figure(log)}
     figures |= {name: draw(log) for name, draw, lacks in LOG_FIGURES if not lacks(log)}
     for name, figure in figures.items():
@@ -52,8 +51,8 @@ def test_figures_of_a_log(logs, case):
         assert faults(figure) == [], name
 
 
-def test_logs_over_each_other(logs):
-    figure = overlay_figure({f"{label}, a log with a name": logs("hand") for label in "abcdef"})
+def test_logs_over_each_other():
+    figure = overlay_figure({f"{label}, a log with a name": made_log() for label in "abcdef"})
     assert faults(figure) == []
 
 

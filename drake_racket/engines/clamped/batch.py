@@ -24,7 +24,7 @@ from drake_racket.plant.string_bed import string_bed_model
 from drake_racket.plant.systems.string_bed import StringBedModel, spring_constants
 
 Array = NDArray[np.float64]
-"""The type of the arrays here: NumPy's, of floats."""
+"""This is the type of the arrays here: NumPy's, of floats."""
 
 STEP = 2e-5
 """s; see docs/identification.md for the error that it leaves."""
@@ -35,7 +35,7 @@ class Bed:
     """A bed is a string-bed in numbers.
 
     Attributes:
-        constants: (4, springs) of `strings.tensions`.
+        constants: (4, springs) of `strings.tensions`, SI units.
         mass: kg, of one of the string masses.
         sensitivity: (4, springs, n) derivatives of the constants with respect to n parameters.
         topology: its points and springs.
@@ -203,6 +203,9 @@ def make_bed(racket: RacketParameters, values: Any = None, free: Sequence[str] =
     Args:
         free: names of the parameters to differentiate with respect to, in the order wanted.
 
+    Raises:
+        InputError: values of another shape, or an unknown name.
+
     """
     names, own = bed_parameters(racket)
     x = own if values is None else np.asarray(values, dtype=float)
@@ -256,6 +259,9 @@ def make_impacts(
         bed: (m,) index of the bed of each impact; all on the first if None.
         friction: coefficients at all points in place of the racket's.
 
+    Raises:
+        InputError: an unknown reading, or a point that the bed does not have.
+
     """
     if friction_reading not in FRICTION_READINGS[:2]:
         allowed = f"{', '.join(FRICTION_READINGS[:2])} (an element: run_spinning)"
@@ -281,7 +287,7 @@ def make_impacts(
 
 
 def contact_constants(ball: BallParameters, speed: float) -> tuple[float, float]:
-    """Gives the ball's kb (N/m) and cb (N s/m) at a normal approach speed (m/s)."""
+    """Gives the ball's kb (N/m) and cb (N s/m) at a normal approach `speed` (m/s)."""
     low, high, kb, kb_growth, cb, cb_growth, _, _ = ball_law(ball)
     return (
         ball_constants(speed, low, high, kb, kb_growth),

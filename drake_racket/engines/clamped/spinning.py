@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SpinningImpacts:
-    """The impacts of a batch, m of them, on one bed.
+    """The impacts of a batch are m shots at one bed.
 
     Attributes:
         places: (m, 2) x, y of the first touch from the bed's centre (m).

@@ -40,9 +40,9 @@ class ComposedRun:
 
     Attributes:
         time: (n,) s.
-        state: (n, nq + nv) of the plant.
+        state: (n, nq + nv) positions and velocities of the plant, SI units and radians.
         records: (n, contacts, 17) what each contact has latched, see `laws.phases`; (n, contacts,
-            32) with a contact surface, see `laws.surface`.
+            32) with a contact surface, see `laws.surface`; SI units.
         steps, evaluations: of the integrator.
 
     """

@@ -14,12 +14,12 @@ from drake_racket.cases.case import Case
 from drake_racket.cases.diagram import ImpactDiagram
 from drake_racket.engines.compiled.dynamics import layout as at
 from drake_racket.engines.compiled.dynamics.observe import NODE_ROW
-from drake_racket.engines.compiled.extract.model import Model, Wiring, extract, numbers_of
+from drake_racket.engines.compiled.extract.model import Model, Wiring, extract
 from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.engines.compiled.integrate import FULL, NOT_FINITE, STUCK
 from drake_racket.engines.compiled.kernel import run_case, see_contact, see_motion
-from drake_racket.engines.drake.mechanism import Parts, mechanism_of
-from drake_racket.engines.trajectory import Motion, Trajectory, cross
+from drake_racket.engines.drake.mechanism import Parts, mechanism_of, with_numbers_of
+from drake_racket.engines.trajectory import Mechanism, Motion, Trajectory, cross
 from drake_racket.io.errors import InputError, SimulationError
 from drake_racket.laws.phases import RELEASE, SIZE, TOUCH
 from drake_racket.laws.surface import SURFACE_SIZE
@@ -95,6 +95,7 @@ class CompiledImpact:
         self._v_of_q = velocity_of_each_position(self.model)
         self._places = _Places(self.model.tree)
         self._root = root
+        self._mechanism: Mechanism | None = None
 
     def start(self, case: Case, root: Context | None = None) -> Start:
         """Reads a case's numbers and initial state from a Context.
@@ -108,7 +109,7 @@ class CompiledImpact:
         system = self.system
         root = self._root if root is None else root
         system.write_context(root, case)
-        floats = numbers_of(self.model, root, _wiring(system, root))
+        floats = self.model.numbers.read(root, _wiring(system, root))
         context = system.plant.GetMyContextFromRoot(root)
         state = system.plant.GetPositionsAndVelocities(context)
         totals = 0 if system.meter is None else TOTALS
@@ -185,7 +186,7 @@ class CompiledImpact:
 
     def trajectory(self, start: Start, kept: Samples, *, every_sample: bool = True) -> Trajectory:
         """Gives the trajectory of a run; the start's Context must still be that of its case."""
-        system, ints = self.system, self.model.ints
+        ints = self.model.ints
         samples, records = kept.values, kept.records
         states = samples[:, 1:]
         bodies = ints[at.POSITIONS] + ints[at.VELOCITIES]
@@ -194,14 +195,13 @@ class CompiledImpact:
         moving = np.ascontiguousarray(states[:, :first])
         contact = np.zeros((len(samples), 9))
         see_contact(start.tables, moving, records, contact)
-        parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
         if states.shape[1] > first:
             totals = states[:, first:]
         else:
             totals = np.full((len(samples), TOTALS), np.nan)
         chosen = np.arange(len(samples)) if every_sample else np.array([0, len(samples) - 1])
         return Trajectory(
-            mechanism=mechanism_of(parts, start.root, (plant[0], plant[-1])),
+            mechanism=self._mechanism_at(start.root, (plant[0], plant[-1])),
             time=samples[:, 0],
             state=plant,
             record=records[:, 0],
@@ -213,6 +213,16 @@ class CompiledImpact:
             engine="compiled",
             element=states[:, bodies:first],
         )
+
+    def _mechanism_at(self, root: Context, ends: tuple[Array, Array]) -> Mechanism:
+        """The mechanism of a run; all but its numbers is that of the last one, without a limb."""
+        system = self.system
+        parts = Parts(system.impact, system.meter, system.grip, system.grip_load, system.limb)
+        if self._mechanism is None or system.limb is not None:
+            self._mechanism = mechanism_of(parts, root, ends)
+        else:
+            self._mechanism = with_numbers_of(self._mechanism, parts, root)
+        return self._mechanism
 
     def _motion(
         self,
@@ -227,7 +237,7 @@ class CompiledImpact:
         nodes = np.zeros((m, ints[at.NODES], NODE_ROW))
         leaves = np.zeros((m, ints[at.LEAVES], 6))
         loads = np.zeros((m, 6))
-        tables = at.open_model(ints, at.one_by_one(ints, start.floats))
+        tables = at.one_by_one(start.tables)
         see_motion(tables, times, states, records, nodes, leaves, loads)
         poses, velocities = self._places.bodies(nodes, leaves)
         sensed = int(system.impact.racket.frame("accelerometer").body().index())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -94,6 +95,23 @@ def mechanism_of(
         hand=_hand(parts.grip),
         landmarks=tuple(landmarks),
         segments=tuple(segments),
+    )
+
+
+def with_numbers_of(before: Mechanism, parts: Parts, root: Context) -> Mechanism:
+    """Gives a mechanism that has no limb with the numbers of another Context of its plant."""
+    plant, bed = parts.plant, parts.impact.string_bed
+    context = plant.GetMyContextFromRoot(root)
+    joints = parts.impact.racket.joint_constants(context)
+    return dataclasses.replace(
+        before,
+        bodies=_bodies(plant, context),
+        frame=dataclasses.replace(
+            before.frame, stiffness=np.array([joint.stiffness for joint in joints])
+        ),
+        strings=dataclasses.replace(
+            before.strings, constants=bed.spring_constants(bed.GetMyContextFromRoot(root))
+        ),
     )
 
 

@@ -34,6 +34,7 @@ class BallImpact:
     """A ball impact is the plate's force and the ball's approach speed (m/s), as measured.
 
     Attributes:
+        speed: m/s, of approach.
         mass: of this ball, kg; None where it was not weighed.
 
     Raises:

@@ -39,7 +39,7 @@ class SpinTable:
     Attributes:
         speeds: m/s, of approach.  incidence: degrees.  spin: rpm, before.
         places: (m, 2) of the touch, from the bed's centre (m).
-        angle, spin_after: degrees and rpm, measured.  angle_sd, spin_sd: of these.
+        angle, spin_after: degrees and rpm, measured.  angle_sd, spin_sd: degrees and rpm, of these.
         where, sha256: the file, and the hash of its bytes.
 
     """

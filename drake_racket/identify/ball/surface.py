@@ -211,7 +211,7 @@ def fit_surface(
         racket, ball: what is not fitted, and the first guess.
         free: names of what is fitted (BOUNDS); `mu1`, `mu2` ... for single groups of the racket's
             points in place of `mu` for all.
-        start: values to begin at, by name.
+        start: values to begin at, by name, in SI units.
         options, checkpoint, progress: as `strings.string_bed.fit_string_bed`.
 
     Raises:
@@ -240,7 +240,12 @@ def surface_problem(
     free: Sequence[str] = FREE,
     start: Mapping[str, float] | None = None,
 ) -> SurfaceProblem:
-    """Makes the problem that `fit_surface` solves; arguments and errors as there."""
+    """Makes the problem that `fit_surface` solves, which has the arguments (SI units).
+
+    Raises:
+        InputError: as `fit_surface`.
+
+    """
     surface = surface_of(ball)
     usual = {
         "mu": float(np.mean(racket.friction_coefficients())),
@@ -276,7 +281,8 @@ def friction_groups(racket: RacketParameters) -> dict[str, NDArray[np.int64]]:
 def expected_errors(problem: SurfaceProblem, x: Array | None = None) -> dict[str, float]:
     """Gives the standard errors that the problem's impacts would leave, at its start or at x.
 
-    A number that they do not determine within its bounds has inf.
+    Errors and `x` (k,) are in the units of the problem's parameters. A number that the impacts do
+    not determine within its bounds has inf.
     """
     x = np.array([p.start for p in problem.parameters]) if x is None else x
     weighted = problem.jacobian(x) / problem.sigma[:, None]

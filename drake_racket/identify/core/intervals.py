@@ -67,7 +67,7 @@ def profile(
         result: a fit of this problem.
         values: where to hold the parameter, within its bounds; None: `points` of them, over
             twice the interval's width, or all between the bounds where that is infinite.
-        confidence: for the threshold.
+        confidence: for the threshold, a share: 0.95 for 95 %.
 
     Raises:
         InputError: an unknown name, another problem's result, values outside the bounds.

@@ -23,8 +23,8 @@ class Parameter:
     Attributes:
         name: of the number, as results call it.
         unit: of the three numbers.
-        lower, upper: bounds of the search.
-        start: where it begins.
+        lower, upper: bounds of the search, in this unit.
+        start: where it begins, in this unit.
 
     Raises:
         InputError: unless the bounds are finite and lower < start < upper.

@@ -35,7 +35,8 @@ class Search:
         seed: of the starts and of the annealing.
         workers: processes that share the starts.
         evaluations: of each annealing chain, at most.
-        temperature: at which an annealing chain begins; see `annealing.anneal`.
+        temperature: at which an annealing chain begins, in the unit of the sum of squares; see
+            `annealing.anneal`.
         polish: finish each annealing chain by least squares.
         rescale: take standard deviations as relative, and scale them by the residuals.
         tolerance: relative change of the sum of squares at which least squares stops. In flat

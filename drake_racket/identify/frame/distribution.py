@@ -88,10 +88,10 @@ class DistributionFit:
 
     Attributes:
         racket: with the calibrated parts and `frame`, in six segments unless it had more than two.
-        numbers: by the names of UNKNOWN.
+        numbers: by the names of UNKNOWN, in SI units.
         measured: name -> (measured, standard deviation, model's).
-        families: misfit, the sum of ((model - measured) / sd)^2, of the best fits of family A and
-            of family B alone.
+        families: misfit without unit, the sum of ((model - measured) / sd)^2, of the best fits
+            of family A and of family B alone.
 
     """
 

@@ -34,7 +34,7 @@ class ImpactsFit:
         data: the measurements.  result: of the search.
         estimates: by key, with 95 % intervals.
         scenario: the base with the fitted values.
-        modelled: (r, k) the outputs as the fitted model has them.
+        modelled: (r, k) the outputs as the fitted model has them, in their units.
         warnings: in words.
 
     """

@@ -38,8 +38,8 @@ class MeasuredImpacts:
         scenarios: r of them, checked.  lines: of the file.
         conditions: names of the keys that the table sets.
         outputs: k of them.
-        values: (r, k) measured; NaN where not measured.
-        sigma: (r, k) standard deviations; None where the table has none.
+        values: (r, k) measured, in the outputs' units; NaN where not measured.
+        sigma: (r, k) standard deviations, in the same units; None where the table has none.
 
     """
 

@@ -59,9 +59,11 @@ class AngleTable(ImpactTable):
         return np.stack([across * np.cos(around), across * np.sin(around), z], axis=1)
 
     def averaged(self, width: float = SETTING_WIDTH) -> AngleTable:
-        """Shots at one point, direction and setting as one row, with the mean's standard error.
+        """Gives the shots of one point, direction and setting as one row, with the mean's error.
 
-        The standard deviation of a shot is estimated from all settings together, as one angle.
+        Settings are `width` (degrees) wide.
+        The error is a standard one. The standard deviation of a shot is estimated from all settings
+        together, as one angle.
         """
         place = np.stack([self.points, self.incidence, self.azimuth], axis=1)
         kind = np.unique(place, axis=0, return_inverse=True)[1].ravel()

@@ -196,7 +196,7 @@ def fit_friction(
         table: as `angle_table.read_angles` gives it, averaged or not.
         racket, ball: what is not fitted, and the first guess.
         start: values to begin at, by name; the racket's where none is given.
-        bounds: of every coefficient.
+        bounds: of every coefficient mu (1).
         reading: of the friction's direction (READINGS).
         options, checkpoint, progress: as `string_bed.fit_string_bed`.
 

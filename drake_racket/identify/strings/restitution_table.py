@@ -62,7 +62,7 @@ class RestitutionTable(ImpactTable):
         return self._means(self.points, "restitution", self.speeds, width)
 
     def with_speed_sigma(self, sigma: float) -> RestitutionTable:
-        """The same with each restitution's error from that of its two speeds.
+        """Gives the same with each restitution's error from that of its two speeds.
 
         e = w / v with independent errors of w and v of this standard deviation:
         sigma / v sqrt((1 + e^2) / shots). That the model is evaluated at the measured v, and e

@@ -141,7 +141,7 @@ class StringBedFit(TableFit[StringBedProblem]):
     """The fit holds a fitted string-bed; its RMS of 0.01 is the paper's 1 %."""
 
     def to_dataset(self) -> xarray.Dataset:
-        """The result with measured and modelled restitution over `measurement`."""
+        """Gives the result with measured and modelled restitution over `measurement`."""
         return self._dataset("restitution", "restitution")
 
 
@@ -200,8 +200,8 @@ def fit_string_bed(
     Args:
         table: as `tables.read_restitution` gives it, averaged or not.
         racket, ball: what is not fitted, and the first guess.
-        free, start, span: see `free_parameters`; a span of None is SPAN, or ANNEALING_SPAN where
-            the method is annealing.
+        free, start, span: see `free_parameters` (SI units; the span is a ratio); a span of None is
+            SPAN, or ANNEALING_SPAN where the method is annealing.
         options: method, starts, seed ... (`search.Search`).
         profiles: intervals from likelihood profiles: slower, and right where parameters trade off.
         checkpoint: directory of the checkpoint; a killed run goes on from it.
@@ -254,8 +254,8 @@ def fit_tension(
 ) -> StringBedFit:
     """Fits T0 alone, stiffnesses and rim factors as the racket has them.
 
-    For the same racket strung at another tension (Glynn et al. 2011). The interval is that of the
-    likelihood profile.
+    For the same racket strung at another tension (Glynn et al. 2011). The search begins at `start`
+    (N). The interval is that of the likelihood profile.
 
     Raises:
         InputError: as `fit_string_bed`.

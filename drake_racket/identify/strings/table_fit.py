@@ -74,7 +74,7 @@ class TableFit(Generic[ProblemT]):
     def _dataset(
         self, name: str, text: str, labels: Mapping[str, tuple[Any, str]] | None = None
     ) -> xarray.Dataset:
-        """The result with measured and modelled values over `measurement`.
+        """Gives the result with measured and modelled values over `measurement`.
 
         Args:
             name, text: of the measured quantity, for variables and for people.

@@ -81,7 +81,7 @@ class ImportedLimb:
         return [(read[name], joint) for name, joint in self.joints.items()]
 
     def positions(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Gives the joints' positions (n_q), as `position_indices()` orders them, of qpos."""
+        """Gives the joints' positions (n_q) of `qpos` (rad or m), by `position_indices()`."""
         model = self.tree.model
         parts = []
         for read, _ in self.moving():
@@ -94,7 +94,7 @@ class ImportedLimb:
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def velocity_map(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Gives T (nv x n_v): MuJoCo's qvel is T v, v by `velocity_indices()`.
+        """Gives T (nv x n_v) at `qpos` (rad or m): MuJoCo's qvel is T v, v by `velocity_indices()`.
 
         So its generalized forces on the limb are T' times MuJoCo's, and its mass matrix is T' M T.
         """
@@ -139,8 +139,8 @@ def import_mujoco(
         couplings: `lock` fixes a joint that an active joint equality ties to another at the value
             which that equality gives it at `reference`; `keep` leaves it free, without the tie.
         locked: further joints to fix (fingers around a grip, say) and their values, rad or m.
-        reference: where joints start (the default positions) and the ties are read; qpos0 if not
-            named.
+        reference: where joints start (the default positions, rad or m) and the ties are read;
+            qpos0 if not named.
         keyframe: name or number of a keyframe whose hinges and slides are the reference.
         parent: the frame P that carries the limb; the plant's world if None.
         X_PF: pose in P of F, the MuJoCo body that carries the root (its world for the whole

@@ -180,7 +180,7 @@ def _is_below(parents: NDArray[np.int32], body: int, ancestor: int) -> bool:
 
 
 def pose(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> RigidTransform:
-    """Makes a pose from MuJoCo's position and quaternion (w x y z)."""
+    """Makes a pose from MuJoCo's `position` (m) and `quaternion` (w x y z, of unit length)."""
     unit = np.array(quaternion) / np.linalg.norm(quaternion)
     return RigidTransform(RotationMatrix(Quaternion(unit)), np.array(position))
 

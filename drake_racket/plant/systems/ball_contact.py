@@ -423,7 +423,7 @@ def BallContact_(T: Any) -> Any:
 
 
 BallContact = on_float(BallContact_)
-"""`BallContact_` on plain numbers: the system of the contact of ball and strings."""
+"""`BallContact` is `BallContact_` on plain numbers: the contact of ball and strings."""
 
 
 def _dispatch_update(system: Any, context: Any, event: Any, state: Any) -> Any:

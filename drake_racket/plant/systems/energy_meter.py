@@ -83,7 +83,7 @@ def EnergyMeter_(T: Any) -> Any:
 
 
 EnergyMeter = on_float(EnergyMeter_)
-"""`EnergyMeter_` on plain numbers: the system of the integrals of losses and impulse."""
+"""`EnergyMeter` is `EnergyMeter_` on plain numbers: the integrals of losses and impulse."""
 
 
 def add_energy_meter(

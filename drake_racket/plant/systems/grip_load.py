@@ -134,7 +134,7 @@ def GripLoad_(T: Any) -> Any:
 
 
 GripLoad = on_float(GripLoad_)
-"""`GripLoad_` on plain numbers: the system of the load of the racket on the hand."""
+"""`GripLoad` is `GripLoad_` on plain numbers: the load of the racket on the hand."""
 
 
 def bushing_constants(bushing: Any, plant_context: Any) -> Any:

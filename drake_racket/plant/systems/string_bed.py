@@ -34,7 +34,7 @@ class StringBedModel:
 
     Attributes:
         topology: of its n points and m springs.
-        stiffness: k1.. (N/m).  rim_factors: p1.. (1).
+        stiffness: k1.. (N/m).  rim_factors: p1.., factors of the rim springs.
         stiffness_index, rim_factor_index: (m,) 0-based; a rim factor index of -1 means none.
         initial_tension: T0 (N).  damping: c (N s/m).
         lengths: (m,) rest lengths (m).
@@ -224,7 +224,7 @@ def StringBed_(T: Any) -> Any:
 
 
 StringBed = on_float(StringBed_)
-"""`StringBed_` on plain numbers: the system of the forces of the strings."""
+"""`StringBed` is `StringBed_` on plain numbers: the forces of the strings."""
 
 
 def _as_slice(indices: NDArray[np.int64]) -> Any:

@@ -77,7 +77,12 @@ class SurfaceBodies:
 
 @TemplateSystem.define("SurfaceContact_", scope=sys.modules[__name__])
 def SurfaceContact_(T: Any) -> Any:
-    """Gives the contact as a LeafSystem on the scalar type T; `SurfaceContact` is it on float."""
+    """Gives the contact as a LeafSystem on the scalar type T; `SurfaceContact` is it on float.
+
+    Raises:
+        InputError: when one is made for a discrete plant.
+
+    """
     spatial_force = SpatialForce_[T]
 
     class Impl(LeafSystem_[T]):
@@ -101,7 +106,7 @@ def SurfaceContact_(T: Any) -> Any:
         Discrete state (32), latched at touch: see `laws.surface`.
         Events: touch, release, leaving, and the turns between gripping and sliding are witness
             functions. A run may start at touch.
-        The plant is continuous. Equations: `surface`.
+        The plant is continuous, else InputError. Equations: `surface`.
         """
 
         BALL, FRICTION, SURFACE = range(3)
@@ -379,7 +384,7 @@ def SurfaceContact_(T: Any) -> Any:
 
 
 SurfaceContact = on_float(SurfaceContact_)
-"""`SurfaceContact_` on plain numbers: the system of a ball with radius and spin on the strings."""
+"""`SurfaceContact` is `SurfaceContact_` on plain numbers: a ball that spins, on the strings."""
 
 
 def _dispatch_update(system: Any, context: Any, event: Any, state: Any) -> Any:

@@ -69,7 +69,7 @@ def bed_maps(dataset: xarray.Dataset, name: str, *, scale: float = 1.0, title: s
     """Draws a variable over (racket, another dimension, point) as numbers on the racket's outline.
 
     Args:
-        name: the variable.  scale: what it is multiplied with for the picture.
+        name: the variable.  scale: factor for the picture.
 
     """
     values = dataset[name] * scale

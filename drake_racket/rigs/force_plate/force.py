@@ -29,12 +29,12 @@ from drake_racket.io.errors import InputError
 from drake_racket.io.signals import Signal, pulse_extent
 
 PLATE_SAMPLE_RATE = 65e3
-"""Hz (Glynn et al. 2011, Methods)."""
+"""The plate was sampled at so many Hz (Glynn et al. 2011, Methods)."""
 
 BEFORE = 1e-3
-"""s before touch that a sampled history covers: the time axis of Fig. 4 in Glynn et al. 2011."""
+"""A sampled history begins so long before touch (s), as Fig. 4 of Glynn et al. 2011 does."""
 AFTER = 5e-3
-"""s after touch that a sampled history covers: the time axis of Fig. 4 in Glynn et al. 2011."""
+"""A sampled history goes on so long after touch (s), as Fig. 4 of Glynn et al. 2011 does."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,9 @@ class ClosedForm:
 def closed_form(*, mass: float, stiffness: float, damping: float, speed: float) -> ClosedForm:
     """Computes what the law gives on a rigid plate (module docstring); any damping ratio.
 
+    Args:
+        mass: kg.  stiffness: N/m.  damping: N s/m.  speed: m/s, of approach.
+
     Raises:
         InputError: a number that is not finite, or not positive (damping may be 0).
 
@@ -101,6 +104,8 @@ def closed_form(*, mass: float, stiffness: float, damping: float, speed: float) 
 
 def sample_times(rate: float, before: float, after: float) -> NDArray[np.float64]:
     """Gives the times (s) of a record sampled at `rate` (Hz), with a sample at 0.
+
+    It lasts from `before` (s) before 0 to `after` (s) after it.
 
     Raises:
         InputError: a rate that is not 1 kHz to 10 MHz, or times that are not 0 to 0.1 s.

@@ -80,7 +80,7 @@ class StruckPlant:
         n, ints = len(states), self._ints
         nodes, loads = np.zeros((n, ints[at.NODES], NODE_ROW)), np.zeros((n, 6))
         records, leaves = np.zeros((n, 0, SIZE)), np.zeros((n, 0, 6))
-        tables = at.open_model(ints, at.one_by_one(ints, self._floats))
+        tables = at.one_by_one(self._tables)
         see_motion(tables, times, states, records, nodes, leaves, loads)
         row = nodes[:, self._node]
         rotation = row[:, :9].reshape(n, 3, 3)

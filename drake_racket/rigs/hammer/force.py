@@ -27,10 +27,10 @@ MOST_SAMPLES = 50_000
 SHARE = 0.01  # of its peak: where a sampled pulse begins and ends
 
 INFERRED_PEAK = 100.0
-"""N, of the hammer's pulse. The source does not print its pulses. Inferred: what a hand-held hammer
-with a plastic tip gives on a light frame."""
+"""The hammer's pulse is so high (N). The source does not print its pulses. Inferred: what a
+hand-held hammer with a plastic tip gives on a light frame."""
 INFERRED_LENGTH = 1e-3
-"""s, of the hammer's pulse; inferred like its peak, short beside the 5 to 8 ms of the modes."""
+"""The hammer's pulse is so long (s): inferred like its peak, short beside the modes' 5 to 8 ms."""
 
 
 @dataclass(frozen=True)

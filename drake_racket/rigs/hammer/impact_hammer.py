@@ -43,13 +43,13 @@ if TYPE_CHECKING:
     import xarray
 
 DIRECTIONS = {"in_plane": (0.0, 1.0, 0.0), "out_of_plane": (0.0, 0.0, 1.0)}
-"""Of the hit, in the handle's axes R."""
+"""The hammer hits in these directions, in the handle's axes R."""
 
 DURATION = 0.1
-"""s (Glynn et al. 2011, Methods)."""
+"""A record of the hammer is so long (s): Glynn et al. 2011, Methods."""
 
 HAMMER_SAMPLE_RATE = 20e3
-"""Hz; inferred: more than a hundred samples per period of the modes."""
+"""A record has so many samples a second (Hz); inferred: over a hundred a period of the modes."""
 
 STEP = IntegratorSettings("runge_kutta5", maximum_step=5e-5, error_control=False)
 """The bending turns by 1/20 rad per step: 1e-7 over 100 ms, where third order needs 5 us steps."""
@@ -328,6 +328,11 @@ def hammer_dataset(
     duration: float = DURATION,
     rate: float = HAMMER_SAMPLE_RATE,
 ) -> xarray.Dataset:
-    """Runs one strike; arguments and errors as `make_hammer_rig` and `HammerRig.run`."""
+    """Runs one strike; errors as `make_hammer_rig` and `HammerRig.run`, which have the arguments.
+
+    Args:
+        place: m from the butt.  duration: s.  rate: Hz.
+
+    """
     rig = make_hammer_rig(parameters, direction, pulse, place=place)
     return rig.run(duration=duration, rate=rate)

@@ -25,7 +25,8 @@ def swing_history(
 ) -> xarray.Dataset:
     """Runs one pendulum: `angle` over `time`, and the `crossing` times of the rest position.
 
-    The attribute `period_s` is the mean of the swings from the third crossing on.
+    The attribute `period_s` is the mean of the swings from the third crossing on. The pendulum
+    begins at an `amplitude` in rad.
 
     Raises:
         InputError: a name is unknown or an argument is out of range.
@@ -56,6 +57,9 @@ def bending_error(
     racket_names: Sequence[str] = ("tour", "recreational"), *, amplitude: float = AMPLITUDE
 ) -> xarray.DataArray:
     """Tells how much the bare frame's bending changes the pendulum's moment about its pivot.
+
+    Args:
+        amplitude: rad, of the swing.
 
     Returns:
         (T_flexible / T_rigid)^2 - 1 over `racket` and `axis` (transverse, frontal), with both

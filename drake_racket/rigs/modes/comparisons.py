@@ -58,7 +58,7 @@ def grip_sweep(
     Args:
         racket, tension, joint_reading: as `load_racket`.
         grip: what is scaled (damping with the root); the shipped grip if None.
-        factors: of the stiffness, rising.
+        factors: of the stiffness (1), rising.
 
     Returns:
         A Dataset over (factor, plane, order): frequency, damping ratio (nan if overdamped), kind

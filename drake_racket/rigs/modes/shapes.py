@@ -30,7 +30,7 @@ from drake_racket.parameters.racket import RacketParameters
 from drake_racket.rigs.modes.modal_analysis import ModalSystem, Modes, modal_system, solve_modes
 
 PLANES = ("in_plane", "out_of_plane")
-"""Displacement along y, and along z."""
+"""A plane of bending is that of displacement along y, or along z."""
 
 SAMPLES = 21
 """Points along the axis that the regression of a mode's shape takes (inferred)."""
@@ -39,7 +39,7 @@ _STILL = 1e-6  # displacements below this share of a mode's largest are round-of
 
 
 def check_samples(samples: int) -> None:
-    """A quadratic needs more than three points; raises InputError."""
+    """Checks that a quadratic has more than three points; raises InputError."""
     if isinstance(samples, bool) or not isinstance(samples, int) or not 4 <= samples <= 10_000:
         raise InputError("samples", samples, "4 to 10000 points along the axis")
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from drake_racket import InputError, Scenario, make_impact_diagram, resolve
 from drake_racket.engines.compiled.dynamics import layout
 from drake_racket.engines.compiled.engine import CompiledImpact, _wiring, weights_of
-from drake_racket.engines.compiled.extract.model import Wiring, extract, numbers_of
+from drake_racket.engines.compiled.extract.model import Wiring, extract
 from drake_racket.laws.phases import PHASE, RELEASE, SIZE, TOUCH
 from tests.conftest import BEDS
 from tests.engines.compiled.helpers import rates_at
@@ -108,10 +108,15 @@ def test_axes_taken_together_move_as_one_by_one():
     case = resolve(Scenario(**CASES["six segments, hand with mass"]))
     compiled = CompiledImpact(make_impact_diagram(case))
     start, ints = compiled.start(case), compiled.model.ints
-    apart = layout.one_by_one(ints, start.floats)
+    apart = start.floats.copy()
+    layout.open_model(ints, apart)[layout.NODE_NUMBERS][:, layout.RUN] = 1.0
     runs = start.tables[layout.NODE_NUMBERS][:, layout.RUN]
     assert runs.tolist() == [1.0] * 3 + [3.0, 0.0, 0.0] * 5
-    assert np.all(layout.open_model(ints, apart)[layout.NODE_NUMBERS][:, layout.RUN] == 1.0)
+    tables = layout.one_by_one(start.tables)
+    assert np.all(
+        tables[layout.NODE_NUMBERS] == layout.open_model(ints, apart)[layout.NODE_NUMBERS]
+    )
+    assert runs.tolist() == start.tables[layout.NODE_NUMBERS][:, layout.RUN].tolist()
     state = start.y + np.random.default_rng(3).normal(size=len(start.y)) * 0.02
     one, other = (rates_at(compiled.model, floats, state) for floats in (start.floats, apart))
     assert np.max(np.abs(one - other)) < 1e-12 * np.max(np.abs(one))
@@ -121,7 +126,7 @@ def test_axes_taken_together_move_as_one_by_one():
     between = inner.joint.child_body()
     assert between.get_mass(context) == 0.0
     between.SetMass(context, 0.01)
-    held = numbers_of(compiled.model, start.root, _wiring(compiled.system, start.root))
+    held = compiled.model.numbers.read(start.root, _wiring(compiled.system, start.root))
     runs = layout.open_model(ints, held)[layout.NODE_NUMBERS][:, layout.RUN]
     assert runs.tolist()[3:6] == [2.0, 0.0, 1.0]
 

@@ -223,11 +223,11 @@ def open_model(ints: Any, floats: Any) -> tuple[Any, ...]:
     return (*tables, ints[:HEADER], floats[:GLOBALS])
 
 
-def one_by_one(ints: Any, floats: Any) -> Any:
-    """Gives the numbers of a model whose axes are not taken together: each node has its motion."""
-    floats = floats.copy()
-    open_model(ints, floats)[NODE_NUMBERS][:, RUN] = 1.0
-    return floats
+def one_by_one(tables: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Gives the tables of a model whose axes are not taken together: each node has its motion."""
+    nodes = tables[NODE_NUMBERS].copy()
+    nodes[:, RUN] = 1.0
+    return (*tables[:NODE_NUMBERS], nodes, *tables[NODE_NUMBERS + 1 :])
 
 
 def work_of(ints: Any) -> tuple[Any, Any]:

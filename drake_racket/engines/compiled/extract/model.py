@@ -24,7 +24,7 @@ from pydrake.multibody.tree import (
 )
 from pydrake.systems.framework import Context
 
-from drake_racket.engines.compiled.extract.numbers import read_numbers
+from drake_racket.engines.compiled.extract.numbers import Numbers
 from drake_racket.engines.compiled.extract.tree import Tree
 from drake_racket.io.errors import InputError
 from drake_racket.laws.phases import nearest_point
@@ -40,13 +40,14 @@ class Model:
 
     Attributes:
         ints: structure.  floats: numbers of one case.
-        tree: where the bodies are.
+        tree: where the bodies are.  numbers: reads the floats of other Contexts.
 
     """
 
     ints: NDArray[np.int64]
     floats: Array
     tree: Tree
+    numbers: Numbers
 
 
 @dataclass(frozen=True)
@@ -179,13 +180,8 @@ def extract(plant: MultibodyPlant, root: Context, wiring: Wiring) -> Model:
         0 if strike is None else len(strike.numbers),
     ]
     flat = [np.asarray(part, dtype=np.int64).ravel() for part in (header, *ints)]
-    return Model(np.concatenate(flat), read_numbers(tree, root, wiring, bushings, springs), tree)
-
-
-def numbers_of(model: Model, root: Context, wiring: Wiring) -> Array:
-    """Reads the floats of another Context into the same structure."""
-    bushings, springs = _elements(model.tree.plant)
-    return read_numbers(model.tree, root, wiring, bushings, springs)
+    numbers = Numbers(tree, wiring, bushings, springs)
+    return Model(np.concatenate(flat), numbers.read(root, wiring), tree, numbers)
 
 
 def _rim(impact: Any, first: int) -> tuple[_Rows, _Rows]:
