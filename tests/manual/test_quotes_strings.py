@@ -174,13 +174,13 @@ def test_what_contact_surface_costs():
     ]
     assert len(lines) == 12
     counts, times = ([float(line[i]) for line in lines] for i in (2, 5))
+    of_counts = f"{short(min(counts))} to {short(max(counts))}"
+    of_times = f"{short(min(times), 2)} to {short(max(times), 2)}"
+    means = f"{short(sum(counts) / 12)} and {short(sum(times) / 12)}"
     says(
         "spin",
-        f"it takes {short(min(counts))} to {max(counts):.3f} of the evaluations and"
-        f" {short(min(times), 2)} to {max(times):.2f} of the CPU time",
-        f"evaluations {short(min(counts))} to {max(counts):.3f}, CPU time {short(min(times), 2)} to"
-        f" {max(times):.2f}, in the mean of twelve {short(sum(counts) / 12)} and"
-        f" {short(sum(times) / 12)} |",
+        f"it takes {of_counts} of the evaluations and {of_times} of the CPU time",
+        f"evaluations {of_counts}, CPU time {of_times}, in the mean of twelve {means} |",
     )
 
 
