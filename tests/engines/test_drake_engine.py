@@ -256,6 +256,20 @@ def test_what_a_discrete_step_loses_is_there_half_of_it_in():
     np.testing.assert_allclose(v[:, 0], [0.0, 3.0, 5.0])
 
 
+def test_a_sample_between_two_steps_is_that_of_the_step():
+    record, totals = np.zeros((4, DISCRETE_SIZE)), np.zeros((4, TOTALS))
+    record[:, SEEN] = 0.0
+    q = np.arange(4.0)[:, None]
+    totals[:, 0] = [0.0, 10.0, 30.0, 60.0]
+    v, lost = brought_to_time(q, 2.0 * q, record, totals, given=False)
+    twice = np.array([0, 1, 1, 2, 3])
+    there, more = brought_to_time(
+        q[twice], 2.0 * q[twice], record[twice], totals[twice], given=False
+    )
+    np.testing.assert_allclose(there, v[twice[:-1]])
+    np.testing.assert_allclose(more, lost[twice[:-1]])
+
+
 @pytest.mark.parametrize(("when", "closes"), [(3e-3, 3e-4), (3.01e-3, 3e-3)])
 def test_the_balance_of_ones_own_discrete_run(when, closes):
     """In contact, at a step of the plant and between two."""

@@ -84,8 +84,7 @@ def test_friction_of_a_sliding_ball_in_closed_form(sliding: FrictionFit) -> None
         assert half == pytest.approx(1.96 * 0.1 / slope, rel=0.02)
 
 
-@pytest.mark.parametrize("options", [None, ONE])
-def test_options_left_out_are_a_searchs_own(monkeypatch, options) -> None:
+def test_options_left_out_are_a_searchs_own(monkeypatch) -> None:
     asked = []
 
     def spy(problem, options, *rest):
@@ -94,8 +93,8 @@ def test_options_left_out_are_a_searchs_own(monkeypatch, options) -> None:
 
     found = friction_module.search
     monkeypatch.setattr(friction_module, "search", spy)
-    fit_friction(sliding_table(60.0, 0.1), load_racket(), load_ball(), options=options)
-    assert asked == [Search() if options is None else ONE]
+    fit_friction(sliding_table(60.0, 0.1), load_racket(), load_ball())
+    assert asked == [Search()]
 
 
 def test_a_coefficient_at_its_bound_is_bounded_on_one_side() -> None:

@@ -15,6 +15,7 @@ from drake_racket.identify.core.least_squares import fit
 from drake_racket.identify.report import figures
 from drake_racket.identify.report.ball_figures import ball_fit_figure
 from drake_racket.identify.report.bench import _acceleration_residuals, _force_residuals
+from drake_racket.identify.report.directory import warnings_section
 from drake_racket.identify.report.distribution import write_distribution_fit
 from drake_racket.identify.report.impacts import impacts_figure
 from drake_racket.identify.report.outputs import convergence_section
@@ -384,3 +385,8 @@ def test_a_calibrated_frames_numbers_are_written(tmp_path):
     }  # fmt: skip
     rows = list(csv.DictReader(paths[2].open()))
     assert rows[1] == {"measured": "balance", "value": "0.32", "sd": "0.002", "model": "0.33"}
+
+
+def test_warnings_are_listed_or_there_are_none():
+    assert warnings_section(["a", "b"]) == ["## Warnings", "- a\n- b"]
+    assert warnings_section([]) == ["## Warnings", "None."]

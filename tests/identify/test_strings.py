@@ -68,8 +68,7 @@ def fitted(oracle: RestitutionTable) -> StringBedFit:
     return fit_tension(oracle, load_racket("tour", "low"), load_ball(), options=ONE)
 
 
-@pytest.mark.parametrize("options", [None, ONE])
-def test_options_left_out_are_a_searchs_own(oracle, monkeypatch, options) -> None:
+def test_options_left_out_are_a_searchs_own(oracle, monkeypatch) -> None:
     asked = []
 
     def spy(problem, options, *rest):
@@ -78,8 +77,8 @@ def test_options_left_out_are_a_searchs_own(oracle, monkeypatch, options) -> Non
 
     found = string_bed_module.search
     monkeypatch.setattr(string_bed_module, "search", spy)
-    fit_string_bed(oracle, load_racket("tour", "low"), load_ball(), free=["T0"], options=options)
-    assert asked == [Search() if options is None else ONE]
+    fit_string_bed(oracle, load_racket("tour", "low"), load_ball(), free=["T0"])
+    assert asked == [Search()]
 
 
 def test_tension_alone_from_independent_data(fitted: StringBedFit) -> None:

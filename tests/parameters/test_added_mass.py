@@ -11,6 +11,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
 import drake_racket as dr
+from drake_racket.parameters.added_mass import with_mass
+from drake_racket.parameters.racket import AddedMass
 
 TOUR = dr.load_racket("tour")
 PLACES = {  # at -> x, y (m) in the racket, written by hand from the parameter file
@@ -122,3 +124,12 @@ def test_refused(mass, at, text):
     with pytest.raises(dr.InputError) as caught:
         dr.add_mass(TOUR, mass, at)
     assert text in str(caught.value)
+
+
+def test_a_mass_on_the_throat_itself_is_the_heads():
+    racket = dr.load_racket()
+    throat = racket.handle.length.value
+    for x, head in ((throat, True), (throat - 1e-6, False)):
+        heavier = with_mass(racket, AddedMass(0.01, x, 0.0))
+        assert (heavier.head.mass.value > racket.head.mass.value) == head
+        assert (heavier.handle.mass.value > racket.handle.mass.value) != head

@@ -17,6 +17,7 @@ from drake_racket.io.shipped import data_directory
 from drake_racket.parameters.ball import load_ball
 from drake_racket.parameters.grip import load_grip
 from drake_racket.parameters.limb import load_upper_limb
+from drake_racket.parameters.limb_settings import LimbSettings
 from drake_racket.parameters.overrides import apply_overrides
 from drake_racket.parameters.quantities import (
     STATUSES,
@@ -631,3 +632,9 @@ def test_the_slow_ball_joins_the_other_at_its_lowest_speed():
     # kb goes on along the paper's line
     line = 45e3 * (1.0 - 0.52 * (18.0 - slow.speed_low.value) / 15.0)
     assert slow.stiffness_low.value == pytest.approx(line, rel=1e-4)
+
+
+def test_any_activation_at_all_is_another_topology():
+    assert LimbSettings(activation=1e-6).topology() != LimbSettings().topology()
+    one, other = (LimbSettings(activation=x).topology() for x in (0.2, 0.9))
+    assert one == other

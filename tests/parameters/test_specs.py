@@ -10,6 +10,7 @@ import pytest
 import drake_racket as dr
 from drake_racket.parameters.specs import recipe, regressions
 from drake_racket.parameters.specs.build import with_specs
+from drake_racket.parameters.specs.given import PRINTED, _checked
 from tests.oracles import two_body
 
 SHOP = {
@@ -157,6 +158,9 @@ def test_every_number_says_where_it_is_from():
     assert racket.specs["frequency"].status == "inferred"
     assert "sd 3.4 %" in racket.specs["frequency"].source
     assert "sd 6.8 %" in racket.throat_joint.stiffness_in.source
+    # 2 (3.4^2 + 2^2)^(1/2), the guess of the ratio with it
+    assert "sd 7.9 %" in racket.throat_joint.stiffness_out.source
+    assert racket.specs["in_over_out"].sd == pytest.approx(0.02 * racket.specs["in_over_out"].value)
     measured = dr.racket_from_specs("mine", **SHOP, frequency="148")
     assert measured.throat_joint.stiffness_in.status == "calculated"
     assert "safe" in racket.notes[0]
@@ -184,6 +188,23 @@ def test_what_does_not_fit_together_is_said_in_one_line(case):
         dr.racket_from_specs("mine", **{**SHOP, **changes})
     assert text in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+BORDERS = {
+    "mass": (0.15, 0.5), "balance": (0.2, 1.5), "swingweight": (0.01, 0.06),
+    "twistweight": (5e-4, 3e-3), "head": (0.045, 0.09), "length": (0.45, 0.75),
+    "ra": (35.0, 90.0), "frequency": (80.0, 250.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", PRINTED)
+def test_a_shops_numbers_are_taken_up_to_their_borders(key):
+    printed, (low, high) = PRINTED[key], BORDERS[key]
+    for value in (low, high):
+        assert _checked(key, value, printed) == value
+    for value in (0.999 * low, 1.001 * high):
+        with pytest.raises(dr.InputError, match=key):
+            _checked(key, value, printed)
 
 
 def test_tension_and_pattern_are_used():

@@ -541,6 +541,7 @@ def test_a_sweep_refuses_a_grip_that_leaves_a_motion_free():
         ([1e-6, 1e8], ""),
         ([0.999e-6, 1.0], "factors from 1e-6 to 1e8"),
         ([1.0, 1.001e8], "factors from 1e-6 to 1e8"),
+        ([1.0, 2.0, 1.001e8], "factors from 1e-6 to 1e8"),
         ([1.0, 1.0], "rising factors"),
         ([0.0, 1.0], "factor"),
         ([], "1 to 1000 factors"),

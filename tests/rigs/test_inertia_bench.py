@@ -42,6 +42,7 @@ from drake_racket.rigs.inertia.simulation import (
     twist,
 )
 from drake_racket.rigs.inertia.swings import swing_history
+from drake_racket.rigs.input_checks import check_result
 from tests.conftest import ROOT
 from tests.oracles.pendulum import hinged_pendulum_period, pendulum_period
 
@@ -290,7 +291,7 @@ def test_bad_numbers_are_named(function, key):
 @pytest.mark.parametrize(
     ("call", "key"),
     [
-        (lambda: pendulum_moments(0.9, 0.3, 0.23), "period"),  # a point mass's is 0.962 s
+        (lambda: pendulum_moments(0.9, 0.3, 0.23), r"more than 0\.96224 s, a point"),
         (lambda: pendulum_moments(1.4, 0.3, 0.23, amplitude=math.pi), "amplitude"),
         (lambda: pendulum_moments(1.4, 0.3, 0.23, amplitude=-0.1), "amplitude"),
         (lambda: pendulum_moments(1.4, 0.3, 0.23, period_sd=-0.1), "period_sd"),
@@ -310,6 +311,9 @@ def test_bad_numbers_are_named(function, key):
         (lambda: balance_point(0.31, 0.3, 0.5), "shown"),
         (lambda: balance_point(0.2, 0.3, 0.0), "edge_distance"),
         (lambda: torsional_moment(1e300, 0.02), "measured numbers"),
+        (lambda: check_result("its numbers", 1.0, math.inf), "its numbers"),
+        (lambda: check_result("its numbers", 0.0, 1.0), "its numbers"),
+        (lambda: check_result("its numbers", math.nan), "its numbers"),
         (lambda: combine([]), "parts"),
         (lambda: combine([Inertia(0.0, 0.1, 1.0, 1.0, 1.0)]), "mass"),
         (lambda: combine([Inertia(1.0, 0.1, -1.0, 1.0, 1.0)]), "longitudinal"),

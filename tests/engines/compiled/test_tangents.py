@@ -9,6 +9,9 @@ import sys
 import numpy as np
 import pytest
 
+from drake_racket.engines.compiled.steps import DP_ERROR
+from drake_racket.engines.compiled.tangents.lanes import LANES
+from drake_racket.engines.compiled.tangents.replay import _share_of_error
 from tests.conftest import ROOT
 
 CODE = """
@@ -66,3 +69,19 @@ def test_derivatives_of_two_runs_against_differences(found):
     # the second has an end of contact within the run, which the ball's damping moves
     name, outputs, column = found[1][:3]
     assert abs(column[outputs.index("contact_time")]) > 1e-9
+
+
+def test_a_steps_error_is_a_share_of_the_largest_derivative_so_far():
+    rng = np.random.default_rng(2)
+    slopes, new = rng.normal(size=(7, 3, LANES)), rng.normal(size=(3, LANES))
+    scale, h = np.array([1.0, 2.0, 0.5]), 1e-3
+    new[:, 1] = 0.0  # a direction without an effect so far
+    found = np.zeros(LANES)
+    sizes = np.linalg.norm(scale[:, None] * new, axis=0)
+    errors = np.linalg.norm(h * scale[:, None] * np.tensordot(DP_ERROR, slopes, 1), axis=0)
+    shares = [e / s for e, s in zip(errors, sizes, strict=True) if s > 0.0]
+    assert _share_of_error(h, slopes, new, scale, found) == pytest.approx(max(shares), rel=1e-12)
+    assert found == pytest.approx(sizes, rel=1e-12)
+    found[:] = 1e3
+    assert _share_of_error(h, slopes, new, scale, found) == pytest.approx(max(errors) / 1e3)
+    assert found.tolist() == [1e3] * LANES
