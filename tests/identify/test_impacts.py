@@ -85,8 +85,8 @@ def test_derivatives_of_the_residuals_against_differences(table):
     problem = ImpactsProblem(data, keys, parameters, "test")
     found = problem.jacobian(x)
     for j, value in enumerate(x):
-        step = 1e-4 * value * np.eye(len(x))[j]
-        expected = (problem.residuals(x + step) - problem.residuals(x - step)) / (2e-4 * value)
+        step = 1e-3 * value * np.eye(len(x))[j]
+        expected = (problem.residuals(x + step) - problem.residuals(x - step)) / (2e-3 * value)
         assert found[:, j] == pytest.approx(expected, rel=2e-3, abs=1e-3 * np.abs(expected).max())
 
 
