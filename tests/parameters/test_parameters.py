@@ -494,8 +494,9 @@ def test_a_file_is_given_by_any_kind_of_path(tmp_path, load, name, kind):
     assert load(kind(path)) == load()  # the defaults are those files
     with pytest.raises(InputError, match=r"^file: got '.*none\.yml'; allowed: a readable YAML"):
         load(kind(tmp_path / "none.yml"))
-    with pytest.raises(InputError, match=r": got .*none.*; allowed: .* or a path ending in \.yaml"):
+    with pytest.raises(InputError, match=r"; allowed: .* or a path ending in \.yaml") as caught:
         load(kind(tmp_path / "none"))
+    assert caught.value.value == str(tmp_path / "none")  # the message shortens what is long
 
 
 @pytest.mark.parametrize("load", [load_racket, load_ball, load_grip, load_upper_limb])
