@@ -26,7 +26,8 @@ FITS = (
 KERNELS = ("tests/engines/test_clamped_kernel.py", "tests/engines/compiled", "tests/laws")
 """Use what NumPy and numba make of single laws."""
 COMPILED = (
-    "tests/identify",
+    "tests/identify/test_impacts.py",
+    "tests/identify/test_strings.py",
     "tests/engines/test_clamped_kernel.py",
     "tests/engines/compiled/test_trajectories.py",
     "tests/laws",
