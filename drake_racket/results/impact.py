@@ -330,7 +330,7 @@ def _release_index(trajectory: Trajectory, record: ContactRecord) -> int:
 def _peak_deflection(trajectory: Trajectory) -> float:
     """Largest deflection (m) of a string mass."""
     deflections = np.abs(trajectory.state[:, trajectory.mechanism.strings.position])
-    return max(_peak(trajectory.time, column) for column in deflections.T)
+    return max(_peaks(trajectory.time, deflections))
 
 
 def _peak_acceleration(trajectory: Trajectory) -> float | None:
@@ -356,27 +356,37 @@ def _is_kink(t: list[float], y: list[float]) -> bool:
 
 
 def _peak(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
-    """Vertex of the parabola through the highest sample and its neighbours.
+    """The vertex at the highest sample; see `_peaks`."""
+    return _peaks(time, values[:, None])[0]
+
+
+def _peaks(time: NDArray[np.float64], columns: NDArray[np.float64]) -> list[float]:
+    """Vertices, column by column, of the parabola through the highest sample and its neighbours.
 
     The highest sample itself where it is the first or last, beside a jump, at a kink, or not a
     maximum.
     """
-    i, last = int(np.argmax(values)), len(values) - 1
-    near = slice(max(i - 2, 0), i + 3)
-    t, y = time[near].tolist(), values[near].tolist()
+    highest = np.argmax(columns, axis=0)
+    near = np.clip(highest[:, None] + np.arange(-2, 3), 0, len(columns) - 1)
+    values = columns[near, np.arange(columns.shape[1])[:, None]]
+    rows = zip(highest.tolist(), time[near].tolist(), values.tolist(), strict=True)
+    return [_vertex(t, y, i, len(columns) - 1) for i, t, y in rows]
+
+
+def _vertex(t: list[float], y: list[float], i: int, last: int) -> float:
+    """Of five samples about the highest, which is sample i of 0 to `last`."""
     if i in (0, last) or (2 <= i < last - 1 and _is_kink(t, y)):
-        return float(values[i])
-    k = i - near.start
-    (t0, t1, t2), (y0, y1, y2) = t[k - 1 : k + 2], y[k - 1 : k + 2]
+        return y[2]
+    (t0, t1, t2), (y0, y1, y2) = t[1:4], y[1:4]
     if t0 == t1 or t1 == t2 or y0 == 0.0 or y2 == 0.0:
-        return float(y1)
+        return y1
     slope0, slope1 = (y1 - y0) / (t1 - t0), (y2 - y1) / (t2 - t1)
     curvature = (slope1 - slope0) / (t2 - t0)
     if not curvature < 0.0:
-        return float(y1)
+        return y1
     # y = y1 + b (t - t1) + curvature (t - t1)^2
     b = slope0 + curvature * (t1 - t0)
-    return float(y1 - 0.25 * b * b / curvature)
+    return y1 - 0.25 * b * b / curvature
 
 
 def _errors(
