@@ -43,7 +43,7 @@ COMMANDS = {
     "tangents": "benchmarks/tangents.py",
     "ten_grams": "-m studies.where_to_put_ten_grams --out OUT",
     "tension_and_power": "-m studies.tension_and_power --out OUT",
-    "what_decides": "-m studies.what_decides_ball_speed --out OUT --samples 8192",
+    "what_decides": "-m studies.what_decides_ball_speed --out OUT --samples 16384",
     "work_precision": "benchmarks/work_precision.py",
 }
 
