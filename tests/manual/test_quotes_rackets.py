@@ -235,3 +235,26 @@ def test_best_racket(design):
         )
         line += f" {side:.1f} / {throat:.0f} | {tension:.0f} / {stiffness:.0f} |"
     says("best_racket_and_stroke", line)
+
+
+@pytest.mark.parametrize("output", ["ball_speed", "peak_hand_torque", "handle_ringing"])
+def test_what_decides_ball_speed(output):
+    index = {
+        row["parameter"]: row for row in rows("what_decides.indices") if row["output"] == output
+    }
+    shown = []
+    for name in ("impact point, x", "impact point, y", "frame stiffness", "mass moved to the head"):
+        total, half = (float(index[name][column]) for column in ("total", "total_half_width"))
+        shown.append(f"{total:.3f}" + (f" ± {half:.3f}" if half >= 5e-4 else ""))
+    shown.append(f"{float(index['stringing tension']['total']):.3f}")
+    says("sample_studies", f" | {' | '.join(shown)} |")
+    first = sum(float(row["first_order"]) for row in index.values())
+    stated = "0.91" if output == "peak_hand_torque" else "0.98"
+    assert f"{first:.2f}" == stated
+    says("sample_studies", stated)
+    widths = [
+        float(row[f"{kind}_half_width"])
+        for row in index.values()
+        for kind in ("first_order", "total")
+    ]
+    assert max(widths) < 0.02
