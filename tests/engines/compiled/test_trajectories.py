@@ -315,3 +315,21 @@ def test_the_same_without_the_compiler():
         )
         found.append([float.fromhex(x) for x in done.stdout.split()])
     np.testing.assert_allclose(found[0], found[1], rtol=1e-9, atol=1e-12)
+
+
+def test_a_model_gives_each_case_its_own_numbers():
+    """What a case stores in frame, strings and bodies does not depend on the case before it."""
+    first = Scenario(after=0.006)
+    changes = {
+        "racket.throat_joint.out_of_plane_stiffness": 700.0,
+        "racket.string_bed.initial_tension": 500.0,
+        "racket.head.mass": 0.15,
+    }
+    case = resolve(dataclasses.replace(first, overrides=changes))
+    used = CompiledImpact(make_impact_diagram(resolve(first)))
+    used.run(resolve(first))
+    again, fresh = used.run(case), CompiledImpact(make_impact_diagram(case)).run(case)
+    assert np.array_equal(again.mechanism.frame.stiffness, fresh.mechanism.frame.stiffness)
+    assert np.array_equal(again.mechanism.strings.constants, fresh.mechanism.strings.constants)
+    assert np.array_equal(again.mechanism.bodies.mass, fresh.mechanism.bodies.mass)
+    assert make_result(case, again, history=False).energy_error < 1e-4
