@@ -22,26 +22,18 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from measure import table, versions
+from measure import VARIED, table, versions
 
 from drake_racket import Progress, Scenario
 from drake_racket.sweep import Sweep, make_sweep, run_sweep
 
-BOUNDS = {
-    "speed": (18.0, 33.0, "m/s"),
-    "offset_x": (-0.06, 0.06, "m"),
-    "offset_y": (-0.04, 0.04, "m"),
-    "racket.head.mass": (0.150, 0.170, "kg"),
-    "racket.throat_joint.out_of_plane_stiffness": (800.0, 1000.0, "N*m/rad"),
-    "racket.string_bed.initial_tension": (600.0, 700.0, "N"),
-}
 OUTPUTS = ["rebound_speed", "restitution", "contact_time", "peak_normal_force"]
 EVERY = 2**15  # cases between rows of the table
 
 
 def design(cases: int) -> Sweep:
     """The first cases of the sequence."""
-    keys = {name: {"from": a, "to": b, "unit": unit} for name, (a, b, unit) in BOUNDS.items()}
+    keys = {name: {"from": a, "to": b, "unit": unit} for name, (a, b, unit) in VARIED.items()}
     axis = {"design": "sobol", "samples": cases, "seed": 1, "keys": keys}
     base = Scenario(audit=False, point="auto", after=0.01, approach_time=1e-4)
     return make_sweep(base, {"row": axis}, OUTPUTS, check={"most": 5})

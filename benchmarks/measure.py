@@ -14,6 +14,16 @@ from numpy.typing import NDArray
 
 from drake_racket.laws import compilation as compiled
 
+VARIED = {
+    "speed": (18.0, 33.0, "m/s"),
+    "offset_x": (-0.06, 0.06, "m"),
+    "offset_y": (-0.04, 0.04, "m"),
+    "racket.head.mass": (0.150, 0.170, "kg"),
+    "racket.throat_joint.out_of_plane_stiffness": (800.0, 1000.0, "N*m/rad"),
+    "racket.string_bed.initial_tension": (600.0, 700.0, "N"),
+}
+"""What users vary: keys, from, to, and units."""
+
 Samples = dict[str, NDArray[np.float64]]
 
 

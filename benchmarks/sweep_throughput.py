@@ -30,7 +30,7 @@ from typing import Any
 import dask
 import numpy as np
 from distributed import Client, LocalCluster
-from measure import table, versions
+from measure import VARIED, table, versions
 from numpy.typing import NDArray
 
 from drake_racket import Progress, Scenario
@@ -47,15 +47,7 @@ QUIET = {
 
 def part(cases: int, number: int, after: float) -> Sweep:
     """A Latin hypercube over what users vary; `number` is its seed."""
-    bounds = {
-        "speed": (18.0, 33.0, "m/s"),
-        "offset_x": (-0.06, 0.06, "m"),
-        "offset_y": (-0.04, 0.04, "m"),
-        "racket.head.mass": (0.150, 0.170, "kg"),
-        "racket.throat_joint.out_of_plane_stiffness": (800.0, 1000.0, "N*m/rad"),
-        "racket.string_bed.initial_tension": (600.0, 700.0, "N"),
-    }
-    keys = {name: {"from": a, "to": b, "unit": unit} for name, (a, b, unit) in bounds.items()}
+    keys = {name: {"from": a, "to": b, "unit": unit} for name, (a, b, unit) in VARIED.items()}
     design = {"design": "latin_hypercube", "samples": cases, "seed": number, "keys": keys}
     base = Scenario(audit=False, point="auto", after=after, engine="drake")
     return make_sweep(base, {"sample": design})
