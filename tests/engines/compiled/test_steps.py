@@ -13,6 +13,7 @@ from drake_racket.engines.compiled.dynamics import layout
 from drake_racket.engines.compiled.dynamics.friction import friction_at, linearise, solve_sliding
 from drake_racket.engines.compiled.dynamics.rates import rates
 from drake_racket.engines.compiled.engine import CompiledImpact
+from drake_racket.engines.compiled.integrate import longer
 from drake_racket.laws.phases import AT_BALL, CONSTANTS
 from tests.engines.compiled.test_accelerations import record_at
 
@@ -173,3 +174,27 @@ def with_steps(case, step):
     return dataclasses.replace(
         case, scenario=dataclasses.replace(case.scenario, integrator=fixed, engine="compiled")
     )
+
+
+def test_the_next_step_goes_by_two_errors():
+    """DOPRI5's control, with its 0.04: 0.9 used^(0.03 - 1 / order) before^0.04."""
+    assert longer(1.0, 1.0, 5.0, False) == 0.9
+    assert longer(0.3, 0.02, 5.0, False) == pytest.approx(0.9 * 0.3**-0.17 * 0.02**0.04)
+    assert longer(0.01, 1.0, 4.0, True) == 1.0
+    assert longer(0.0, 1.0, 5.0, False) == longer(1e-9, 1.0, 5.0, False) == 5.0
+
+
+def test_few_steps_are_refused_near_the_border_of_stability():
+    """Six slopes a step, and some for events; 7.2 without the last error."""
+    case = resolve(
+        Scenario(
+            support="grip",
+            grip="hand_medium",
+            grip_kind="hand",
+            approach_time=0.0,
+            overrides={"racket.frame.segments": 6},
+        )
+    )
+    compiled = CompiledImpact(make_impact_diagram(case))
+    samples = compiled.samples(case, compiled.start(case))
+    assert samples.evaluations < 6.6 * samples.steps
